@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from barchain.api import scenes as scenes
     from barchain.api import simulate as simulate
     from barchain.arguments import ArgumentError as ArgumentError
-    from barchain.crossval.run import ComparisonResult as ComparisonResult
     from barchain.measuring import cost as cost
     from barchain.measuring import effects as effects
+    from barchain.studies.comparison.run import ComparisonResult as ComparisonResult
     from barchain.studies.ensemble.study import EnsembleResult as EnsembleResult
     from barchain.studies.ensemble.study import ensemble as ensemble
     from barchain.studies.own import asked_run as asked_run
     from barchain.studies.own import measure as measure
-    from reports.tables.files import StudyTables as StudyTables
-    from reports.tables.schema import SchemaVersionError as SchemaVersionError
+    from reports.results.files import StudyTables as StudyTables
+    from reports.results.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
     from scenarios.load import change_scene as change_scene
     from scenarios.load import go_on as go_on
@@ -57,12 +57,12 @@ MODULES = {
     "effects": "barchain.measuring",
     "ensemble": "barchain.studies.ensemble.study",
     "EnsembleResult": "barchain.studies.ensemble.study",
-    "StudyTables": "reports.tables.files",
+    "StudyTables": "reports.results.files",
     "asked_run": "barchain.studies.own",
     "measure": "barchain.studies.own",
-    "ComparisonResult": "barchain.crossval.run",
+    "ComparisonResult": "barchain.studies.comparison.run",
     "SettingError": "adapters.engine",
-    "SchemaVersionError": "reports.tables.schema",
+    "SchemaVersionError": "reports.results.schema",
     "SceneError": "scenarios.load",
     "change_scene": "scenarios.load",
     "go_on": "scenarios.load",

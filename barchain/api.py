@@ -31,7 +31,7 @@ from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import WORKERS_S, LocalProcesses, chosen_executor
 from barchain.runs.job import TIME_LIMIT_S, Job, Role
 from barchain.runs.tasks import run_jobs
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import Scene, check_scene, load_scene, scene_names
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
-    from barchain.crossval.run import ComparisonResult
+    from barchain.studies.comparison.run import ComparisonResult
 
 __all__ = [
     "ArgumentError",
@@ -186,7 +186,7 @@ def compare(
         Registered names; by default the engines whose registration says ``by_default``. A named engine that supports
         none of the scenes is a failure.
     out : Path or str, optional
-        Folder for tables and trajectories, written as results come (see :mod:`reports.tables.crossval`);
+        Folder for tables and trajectories, written as results come (see :mod:`reports.results.comparison`);
         nothing is kept by default.
     settings : mapping, optional
         Accuracy other than an engine's default, e.g. ``{"exudyn": {"steps_per_orbit": 2000}}``.
@@ -229,7 +229,7 @@ def compare(
     ClusterError
         If the Dask cluster can't be used, or fails.
     """
-    from barchain.crossval.run import run_comparison  # noqa: PLC0415  # a single run needs no judge
+    from barchain.studies.comparison.run import run_comparison  # noqa: PLC0415  # a single run needs no judge
     from barchain.studies.study import Reporter, ignore  # noqa: PLC0415
 
     given, names = list(map(checked, scene_list(scenes))), engine_list(engines)
@@ -300,7 +300,7 @@ def rows(folder: Path | str) -> pd.DataFrame:
     DataFrame
         Columns ``study, scene, engine, setting, tags, quantity, metric`` (together unique), ``value, low, high, unit,
         limit, outcome, reason, text, until_s``; numbers in the unit of their row, ``until_s`` in s.
-        :func:`reports.tables.rows.spread` makes columns of ``tags``.
+        :func:`reports.results.rows.spread` makes columns of ``tags``.
 
     Raises
     ------
@@ -311,7 +311,7 @@ def rows(folder: Path | str) -> pd.DataFrame:
     DamagedResultsError, SchemaVersionError
         If a table is damaged, or the results are of another schema version.
     """
-    from reports.tables.measured import rows_of  # noqa: PLC0415  # a single run needs no tables
+    from reports.results.measured import rows_of  # noqa: PLC0415  # a single run needs no tables
 
     check(FOLDER, folder=folder)
     return rows_of(Path(folder))

@@ -13,7 +13,7 @@ from barchain.metrics.derived import DerivedError, chosen_columns
 from reports.motion.animation import FRAMES, default_frame, film, moving_chains, page
 from reports.motion.charts import ALL_CHANNELS, EVERY, TIME_UNITS, Chosen, DrawingError, Run, columns_of, fitting_unit
 from reports.motion.figure import draw, picture
-from reports.tables.writing import write_atomically
+from reports.results.writing import write_atomically
 from scenarios.channels import CHANNELS, TIME
 from scenarios.derived_channels import DERIVED_CHANNELS
 from scenarios.nearest import nearest

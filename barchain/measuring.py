@@ -24,13 +24,13 @@ from barchain.arguments import (
 )
 from barchain.studies.defaults import COST, EFFECTS, MATTERS, RTOL
 from barchain.studies.study import Reporter, ignore, run_study
-from reports.tables.cost import read_cost
+from reports.results.cost import read_cost
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from reports.tables.files import StudyTables
+    from reports.results.files import StudyTables
 
 
 def cost(

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.cli.nightly.documents import write_documents
-from barchain.nightly.figures import Figure, FigureKind, Night, NightPart
-from barchain.nightly.history import open_store
-from barchain.nightly.judging import judge
-from barchain.nightly.trends import trend_charts
+from barchain.nightly.figures.figure import Figure, FigureKind, Night, NightPart
+from barchain.nightly.history.judging import judge
+from barchain.nightly.history.nights import open_store
+from barchain.nightly.telling.trends import trend_charts
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,11 +14,11 @@ import dataclasses
 from statistics import median
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history import open_store
-from barchain.nightly.steps import time_changes
+from barchain.nightly.figures.steps import time_changes
+from barchain.nightly.history.nights import open_store
 
 if TYPE_CHECKING:
-    from barchain.nightly.table import NumberSeries
+    from barchain.nightly.figures.table import NumberSeries
 
 FACTORS = (1.03, 1.05, 1.1, 1.2)
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
 
-from barchain.nightly.environments import installed_tree, pinned_environment, run_in
-from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.attribution.environments import installed_tree, pinned_environment, run_in
+from barchain.nightly.errors import PinnedEnvironmentError
 
 EARLIER = 2
 LIMIT_S = 400.0

@@ -115,7 +115,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
     ("barchain/judge/compare.py", JUDGE): [
         ("all(noise_explains(run, f)", "any(noise_explains(run, f)"),
     ],
-    ("reports/tables/outcome.py", JUDGE): [
+    ("reports/results/outcome.py", JUDGE): [
         ("max(outcomes, key=SEVERITY", "min(outcomes, key=SEVERITY"),
     ],
 }  # fmt: skip

@@ -26,7 +26,7 @@ from barchain.studies.study import Reporter, run_study
 from barchain.studies.timing.bench import pin, quietest_core
 from barchain.studies.timing.evaluation import divided, evaluation_times, loop_of
 from barchain.studies.timing.statistics import cost_at, locate
-from reports.tables.cost import FILES
+from reports.results.cost import FILES
 from reports.text.numerals import span_text
 from scenarios import load_scene
 

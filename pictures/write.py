@@ -15,7 +15,7 @@ from pictures.pages.libraries import LIBRARIES
 from pictures.pages.record import MeasuredRecord
 from pictures.pages.scene_page import page_of, scene_page
 from pictures.paths import GALLERY, GENERATED, IMAGES
-from reports.tables.writing import write_atomically
+from reports.results.writing import write_atomically
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:

@@ -4,4 +4,4 @@
 imports this package for the outcomes.
 """
 
-from reports.tables.outcome import Outcome as Outcome
+from reports.results.outcome import Outcome as Outcome

@@ -10,8 +10,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup
 
 from reports.plotting.palette import variables
-from reports.tables.reading import DamagedResultsError, brief, damaged
-from reports.tables.schema import SchemaVersionError
+from reports.results.reading import DamagedResultsError, brief, damaged
+from reports.results.schema import SchemaVersionError
 from reports.text.numerals import (
     as_given,
     decade,

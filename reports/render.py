@@ -5,18 +5,18 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from reports.chapters.crossval.report import write_report
+from reports.chapters.comparison.report import write_report
 from reports.page import fitting, surroundings, templates
-from reports.tables import crossval
-from reports.tables.crossval import read_results
-from reports.tables.measured import STUDIES, no_results
-from reports.tables.writing import write_atomically
+from reports.results import comparison
+from reports.results.comparison import read_results
+from reports.results.measured import STUDIES, no_results
+from reports.results.writing import write_atomically
 from reports.text.glossary import Glossary
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
 
 
 def view_of(files: StudyFiles, folder: Path) -> Any:
@@ -80,7 +80,7 @@ def check_others(name: str, folder: Path) -> None:
     """
     if name != "crossval":
         joins = any(s.study == name and s.in_report for s in STUDIES)
-        if not (joins and crossval.FILES.has_record(folder)):
+        if not (joins and comparison.FILES.has_record(folder)):
             return
         read_results(folder)
     views_in(folder, but=name)
@@ -119,7 +119,7 @@ def render_study(name: str, folder: Path) -> Rendered:
         If the folder does not hold the study.
     """
     chapter = next(s for s in STUDIES if s.study == name)
-    compared = chapter.in_report and crossval.FILES.has_record(folder)
+    compared = chapter.in_report and comparison.FILES.has_record(folder)
     views = views_in(folder) if compared else {}
     view = views.get(chapter) or view_of(chapter, folder)
     return Rendered(write_report(folder, views)[0] if compared else write_page(folder, chapter, view), view)
@@ -133,7 +133,7 @@ def render_all(folder: Path) -> list[Path]:
     FileNotFoundError
         If it holds neither a comparison nor a study.
     """
-    views, compared = views_in(folder, in_report=False), crossval.FILES.has_record(folder)
+    views, compared = views_in(folder, in_report=False), comparison.FILES.has_record(folder)
     if not views and not compared:
         raise FileNotFoundError(no_results(folder))
     pages = [write_page(folder, c, view) for c, view in views.items() if not (compared and c.in_report)]

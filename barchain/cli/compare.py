@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from adapters.registry import Registration
     from barchain.cli.common.options import GivenSetting
-    from barchain.crossval.run import ComparisonResult
-    from reports.tables.outcome import Outcome
+    from barchain.studies.comparison.run import ComparisonResult
+    from reports.results.outcome import Outcome
     from scenarios import Scene
 
 LOOK = "comparison"
@@ -103,8 +103,8 @@ def compare_and_render(
     """
     from barchain.cli.common.options import settings_by_engine
     from barchain.cli.common.progress import verdicts_shown
-    from barchain.crossval.run import run_comparison
     from barchain.runs.choices import chosen_engines, one_of_each, programs_here
+    from barchain.studies.comparison.run import run_comparison
     from reports.render import check_others, render
     from scenarios.plural import plural
 
@@ -128,7 +128,7 @@ def compare_and_render(
 
 def show_verdict(result: ComparisonResult, out: Path) -> None:
     """Print the number of each outcome, the gravest failures, and the unsupported pairs with reasons."""
-    from reports.tables.outcome import SEVERITY, Outcome
+    from reports.results.outcome import SEVERITY, Outcome
 
     say(counts_of(result.outcomes.values()))
     wrong = [(pair, o) for pair, o in result.outcomes.items() if not o.ok or o is Outcome.TOO_COARSE]
@@ -156,8 +156,8 @@ def why(metrics: pd.DataFrame, scene: str, engine: str, outcome: Outcome) -> str
 
 def show_unchecked(result: ComparisonResult, engines: Mapping[str, Registration], out: Path) -> None:
     """Print the scenes in which no attitude that passed has an independent check."""
-    from barchain.crossval.external_coverage import unchecked_attitudes
-    from reports.tables.crossval import FILES
+    from barchain.studies.comparison.external_coverage import unchecked_attitudes
+    from reports.results.comparison import FILES
 
     independent = {name for name, registration in engines.items() if registration.external}
     found = unchecked_attitudes(result.metrics, result.outcomes, independent, FILES.sound_record(out))
@@ -168,7 +168,7 @@ def show_unchecked(result: ComparisonResult, engines: Mapping[str, Registration]
 
 def show_advice(scenes: list[Scene], engines: Mapping[str, Registration]) -> None:
     """Print how independent engines that reject only the instants of a scene would support it."""
-    from barchain.crossval.external_coverage import instants_advice
+    from barchain.studies.comparison.external_coverage import instants_advice
 
     for scene in scenes:
         if advice := instants_advice(scene, engines):

@@ -54,7 +54,7 @@ def conform(
     for target in targets:
         examined(target)  # a wrong name is told before anything runs
     if junit is not None:
-        from barchain.nightly.faults import need_extra
+        from barchain.nightly.errors import need_extra
 
         need_extra("junitparser")
         need_writable(junit, "--junit")

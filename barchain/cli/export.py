@@ -25,8 +25,8 @@ def export(scenes: tuple[str, ...], out: Path, mjcf: bool, time_limit_s: float, 
 
     A program that knows nothing of barchain can solve it, and `barchain judge` tells whether its table passes.
     """
-    from barchain.given.case import write_case
-    from barchain.given.judging import solution_of
+    from barchain.result_files.case import write_case
+    from barchain.result_files.judging import solution_of
     from barchain.solutions.reference import at_own_samples, closely_sampled
     from reports.notebook.card import picture
     from reports.notebook.scene import WIDTH_PX, drawing

@@ -15,7 +15,7 @@ from barchain.record.environment import typed
 from barchain.runs.job import TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from barchain.given.judging import FileResult
+    from barchain.result_files.judging import FileResult
 
 FILE = NamedPath(path_type=Path, dir_okay=False)
 
@@ -58,9 +58,9 @@ def judge(
     Columns may have units, e.g. `time [h]` or `angle_1 [deg]`. What is missing is not judged, and said. Digits that
     were not written are an error bar. Exits with 1 if the file does not pass.
     """
-    from barchain.given.channels import read_mapping
-    from barchain.given.judging import judge_files
     from barchain.judge.written import Declared
+    from barchain.result_files.channels import read_mapping
+    from barchain.result_files.judging import judge_files
 
     if order is not None and finer is None:
         raise click.UsageError("--order goes with --finer, the result at half the step")

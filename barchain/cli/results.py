@@ -72,7 +72,7 @@ def show(folder: Path | None, other: Path | None, conditions: tuple[str, ...], f
 
 def folders_here() -> str:
     """Result folders in the current folder, as the end of a sentence."""
-    from reports.tables.rows import FOLDER
+    from reports.results.rows import FOLDER
 
     here = sorted(path.name for path in Path().iterdir() if (path / FOLDER).is_dir())
     return f", e.g. {', '.join(here[:3])}" if here else "; compare and the studies write one, see their --out"
@@ -83,7 +83,7 @@ def chosen(folders: list[Path], conditions: tuple[str, ...]) -> list[pd.DataFram
     import pandas as pd
 
     from barchain.api import rows
-    from reports.tables.rows import spread
+    from reports.results.rows import spread
     from scenarios import nearest
 
     found = spread(pd.concat([rows(folder) for folder in folders], keys=range(len(folders))))
@@ -132,7 +132,7 @@ def differing(before: pd.DataFrame, after: pd.DataFrame) -> pd.DataFrame:
 
 def show_differences(found: pd.DataFrame, *, timed: bool) -> None:
     """Print the gravest differences, each with what was and what is; wall times as their number where not asked for."""
-    from reports.tables.rows import records
+    from reports.results.rows import records
 
     times = found["metric"].eq(TIMES) & found["change"].eq("value") & (not timed)
     apart = found["change"].isin(("gone", "new"))
@@ -189,9 +189,9 @@ def show_table(found: pd.DataFrame) -> None:
 
 def show_judgement(before: Path, after: Path) -> None:
     """Print what changed between two folders by the rules of nights; exits with 1 if a figure is worse."""
-    from barchain.nightly.changes import results_words
-    from barchain.nightly.judging import judge_pair
-    from barchain.nightly.results import read_night
+    from barchain.nightly.figures.changes import results_words
+    from barchain.nightly.figures.results import read_night
+    from barchain.nightly.history.judging import judge_pair
 
     earlier, later = read_night(before), read_night(after)
     judged = judge_pair(earlier, later)

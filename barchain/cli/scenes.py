@@ -30,8 +30,8 @@ SCHEMAS = {
     "request": "adapters.request:request_schema",
     "result": "adapters.request:result_schema",
     "engines": "adapters.command.entries:EngineFile",
-    "plan": "barchain.nightly.plan:PlanFile",
-    "nightly": "reports.tables.nights.facts:NightlyFile",
+    "plan": "barchain.nightly.running.plan:PlanFile",
+    "nightly": "reports.results.nights.document:NightlyFile",
 }
 """Model, or function, that has the JSON Schema of each kind of file"""
 
@@ -205,8 +205,8 @@ def validate(files: tuple[str, ...]) -> None:
 def valid(file: str) -> bool:
     """Print whether a file holds a scene, and if not, its faults to standard error."""
     from adapters.registry import engines
-    from barchain.crossval.external_coverage import instants_advice
     from barchain.runs.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
+    from barchain.studies.comparison.external_coverage import instants_advice
     from scenarios import SceneError, load_scene
 
     try:

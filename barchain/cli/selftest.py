@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from barchain.faults.fault import Fault
     from barchain.runs.executors import Executor
     from barchain.studies.selftest.campaign import Campaign, CampaignStudy
+    from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.matrix import SelftestStudy
     from barchain.studies.selftest.shrinking import KeptFinding
     from barchain.studies.study import StudyResult
-    from reports.tables.faults.campaign import CellClass
+    from reports.results.faults.campaign import CellClass
 
 
 @click.command(short_help="Insert faults into an engine, and test that checks detect them.")
@@ -72,7 +72,7 @@ def selftest(
     missed that is larger than the verdict's own limit of detection, or if more than 0.5 % of the verdicts on
     unmodified engines are false alarms.
     """
-    from barchain.faults.catalogue import FIXED_SCENES, RANDOM_SCENES, UnknownFaultError
+    from barchain.studies.selftest.faults.catalogue import FIXED_SCENES, RANDOM_SCENES, UnknownFaultError
 
     own = {"--seed": seed, "--host": hosts or None, "--reruns": reruns, "--shrink-seconds": shrink_seconds}
     if number is not None and (scenes or smallest):
@@ -155,7 +155,7 @@ def campaign_of(
 
 def show_campaign(found: Campaign, *, kept: bool) -> None:
     """Print the cells' classes by engine and by fault, the findings, and the rates; `kept`: scenes can be looked at."""
-    from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES
+    from reports.results.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES
 
     sound, faulty = ([c for c in found.cells if bool(c.fault) is planted] for planted in (False, True))
     show_counts("engine", found.study.unmodified, [(c.engine, c.kind) for c in sound], ENGINE_CLASSES)
@@ -190,7 +190,7 @@ def finding_words(found: KeptFinding, *, kept: bool) -> str:
 
 def rate_words(rate: dict[str, Any]) -> str:
     """``false alarm: 2 of 400, 0.50 % (0.14 % to 1.80 %)``."""
-    from reports.tables.faults.campaign import ALL
+    from reports.results.faults.campaign import ALL
 
     name = "" if rate["by"] == ALL else f", {rate['name']}"
     value, low, high = (100.0 * rate[key] for key in ("rate", "low", "high"))

@@ -118,7 +118,7 @@ def run(
 
 def write(frame: pd.DataFrame, path: Path) -> None:
     """Write a table by the ending of its file; numbers in CSV read back in every digit."""
-    from reports.tables.writing import parquet, write_atomically
+    from reports.results.writing import parquet, write_atomically
 
     if path.suffix == ".parquet":
         write_atomically(path, parquet(frame))

@@ -86,7 +86,7 @@ def cost(
 
 def show_reach(out: Path) -> None:
     """Print time and setting with which each engine reaches some errors of the attitude, scene by scene."""
-    from reports.tables.cost import read_cost
+    from reports.results.cost import read_cost
     from reports.text.numerals import decade, span
 
     reach = read_cost(out).reach

@@ -11,7 +11,7 @@ from barchain.conform.physics import SHARED, unsupported_check
 from barchain.conform.runs import TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
 from barchain.judge.diagnosis.mistake import SINGLE_PRECISION, looks_single
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios.channels import WORDS
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.runs import examination
 from barchain.runs.asking import ask
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import nearest
 from scenarios.channels import COMPARED
 from scenarios.effect_types import all_effect_names

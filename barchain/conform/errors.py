@@ -21,7 +21,7 @@ from barchain.judge.error_model import ErrorModel
 from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.runs.job import Role
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.engine import Declarations

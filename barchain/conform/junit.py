@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 from junitparser import Failure, JUnitXml, Skipped, TestCase, TestSuite
 
 from barchain.conform.checks import Check, CheckState, Group
-from reports.tables.writing import write_atomically
+from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

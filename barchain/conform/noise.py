@@ -16,7 +16,7 @@ from barchain.judge.residuals import worst
 from barchain.judge.scales import declared_noise, max_noise, scales
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.metrics.quantities import FIELDS, TRACK, differences
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios.channels import UNITS, WORDS
 
 if TYPE_CHECKING:

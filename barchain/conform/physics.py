@@ -25,7 +25,7 @@ from barchain.judge.round_off import ROUND_OFF, round_off
 from barchain.metrics.quantities import differences, sizes
 from barchain.runs.asking import ask_about
 from barchain.runs.job import Role
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios.channels import UNITS, WORDS
 from scenarios.plural import plural
 

@@ -15,7 +15,7 @@ from barchain.runs.asking import AskedAnswers, Reply, ask, failed_reply, with_pr
 from barchain.runs.job import Role, failure
 from barchain.runs.message import DeclarationError, plain_number
 from barchain.runs.run import one_run, result_of
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -18,7 +18,7 @@ from barchain.runs.job import RunResult
 from barchain.solutions.judging import solution_jobs, solution_of
 from barchain.solutions.reference import at_own_samples, closely_sampled
 from barchain.solutions.shipped import shipped_solution
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import Gravity, load_scene
 from scenarios.effect_types import SINGLE_NAME_EFFECTS, all_effect_names, forms_of
 

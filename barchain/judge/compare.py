@@ -19,7 +19,7 @@ from barchain.judge.scales import NORM_SLACK, too_noisy
 from barchain.judge.verdict import JUDGED_METRICS, MIN_JUDGED_SHARE, CheckFinding, Verdict, no_verdict
 from barchain.metrics.quantities import TRACK
 from barchain.runs.job import ROUNDOFF_ROLES, Role
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.engine import Declarations, Setting

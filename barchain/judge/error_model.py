@@ -27,7 +27,7 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter, Coordinates
-from barchain.judge.kinks import kink_errors
+from barchain.judge.discontinuities import kink_errors
 from barchain.judge.local_errors import departure, requested_errors, step_constant, track_unit, truncation_errors
 from barchain.judge.scales import (
     MACHINE_EPSILON,
@@ -44,7 +44,7 @@ from barchain.judge.scales import (
 )
 from barchain.metrics.quantities import own_rate, rate_scale
 from barchain.solutions.reference import RICHARDSON
-from reports.tables.crossval import PARTED_RAD
+from reports.results.comparison import PARTED_RAD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -277,7 +277,8 @@ class ErrorModel:
 
         A law's fourth derivative jumps where a manoeuvre starts or ends, a force's slope where a bar turns its other
         face. The error depends on where in the step the jump falls, and does not shrink from one setting to the next:
-        one step's own error is allowed for a manoeuvre, and the largest one for each face (`barchain.judge.kinks`).
+        one step's own error is allowed for a manoeuvre, and the largest one for each face
+        (`barchain.judge.discontinuities`).
         """
         if self.setting.parameter is AccuracyParameter.RTOL:
             return {}

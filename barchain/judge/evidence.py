@@ -18,7 +18,7 @@ import numpy as np
 
 from adapters.common.equal_steps import finer_setting
 from barchain.runs.job import ROUNDOFF_ROLES, Job, Role, RunResult
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import Axes, Impulse, Thrust
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from barchain.judge.scales import NORM_SLACK, measured_roundoff
 from barchain.metrics.model_difference import SECOND_MOMENT_SENSITIVITY, com_displacement, displacement_bound
 from barchain.metrics.quantities import FIELDS, TRACK, differences, drifts
 from barchain.solutions.reference import RICHARDSON
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import Gravity
 
 if TYPE_CHECKING:

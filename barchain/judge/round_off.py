@@ -14,7 +14,7 @@ from adapters.engine import Coordinates
 from barchain.judge.scales import kepler_growth
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.metrics.quantities import TRACK, differences
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory

@@ -12,7 +12,7 @@ from adapters.heyoka import CLOSE_START_RAD
 from barchain.judge.checks.beyond_limit import MAX_EMPTY_SHARE
 from barchain.judge.checks.restart import CONSECUTIVE, SCATTERED
 from barchain.judge.checks.up_to_limit import PERSISTING_SHARE
-from barchain.judge.kinks import LARGEST, ON_ORBIT
+from barchain.judge.discontinuities import LARGEST, ON_ORBIT
 from barchain.judge.local_errors import MAX_STEP_CONSTANT, error_constant
 from barchain.judge.residuals import HIGHER_ORDER_SHARE, MAX_MEASURED_SHARE
 from barchain.judge.scales import (
@@ -38,7 +38,7 @@ from barchain.solutions.reference import (
     WIDE_CHECK_RTOL,
     WIDE_RTOL,
 )
-from reports.tables.crossval import PARTED_RAD
+from reports.results.comparison import PARTED_RAD
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.crossval import QUANTITY_UNITS
-from reports.tables.outcome import Outcome, gravest
+from reports.results.comparison import QUANTITY_UNITS
+from reports.results.outcome import Outcome, gravest
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -31,7 +31,7 @@ from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.gravity import field_differences
 from reference_impl.model.kinematics import consistent_state, relative_positions
-from reports.tables.crossval import PARTED_RAD
+from reports.results.comparison import PARTED_RAD
 from scenarios import Axes, Gravity
 
 if TYPE_CHECKING:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 from filelock import FileLock, Timeout
 
-from reports.tables.files import ANSWERS, SERIES
+from reports.results.files import ANSWERS, SERIES
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
     from contextlib import AbstractContextManager
     from pathlib import Path
 
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
 
 
 LOCK = ".barchain.lock"

@@ -119,7 +119,7 @@ def provenance(command: str, extra: dict[str, str] | None = None) -> dict[str, A
     extra : dict of str, optional
         Versions of further packages by name.
     """
-    from reports.tables.schema import KEY, SCHEMA_VERSION  # noqa: PLC0415  # worker processes ask for versions alone
+    from reports.results.schema import KEY, SCHEMA_VERSION  # noqa: PLC0415  # worker processes ask for versions alone
 
     return {
         KEY: SCHEMA_VERSION,

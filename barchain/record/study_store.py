@@ -14,19 +14,19 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from reports.tables.files import ANSWERS, RECORDS, SERIES
-from reports.tables.reading import TABLES, file_digest
-from reports.tables.rows import FOLDER, Rows, records
-from reports.tables.schema import KEY, SCHEMA_VERSION
-from reports.tables.writing import make_folder, named, parquet, replaced, sweep, write_atomically
+from reports.results.files import ANSWERS, RECORDS, SERIES
+from reports.results.reading import TABLES, file_digest
+from reports.results.rows import FOLDER, Rows, records
+from reports.results.schema import KEY, SCHEMA_VERSION
+from reports.results.writing import make_folder, named, parquet, replaced, sweep, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from reports.tables.files import StudyFiles
-    from reports.tables.rows import Row
-    from reports.tables.writing import DigestedFile
+    from reports.results.files import StudyFiles
+    from reports.results.rows import Row
+    from reports.results.writing import DigestedFile
 
 PARTS = "parts"
 OF_A_PART = ("barchain", "command", "created", "environment", "packages", "seconds", "complete", "failed", "full")

@@ -9,7 +9,7 @@ from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from adapters.registry import COMPILED, ENGINES
 from barchain.runs.asking import declarations_of
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

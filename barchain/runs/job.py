@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from adapters.engine import Setting
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
-    from reports.tables.outcome import Outcome
+    from reports.results.outcome import Outcome
     from scenarios import Scene
 
 MOST_SECONDS = 172_800.0
@@ -128,7 +128,7 @@ class TimeLimit:
 
     def judged(self, job: Job, result: RunResult) -> RunResult:
         """Result of a run; for an engine that compiles, timed out also if `simulate` alone exceeds its limit."""
-        from reports.tables.outcome import Outcome  # noqa: PLC0415  # the command line's help imports no tables
+        from reports.results.outcome import Outcome  # noqa: PLC0415  # the command line's help imports no tables
 
         if not job.registration.compiles:
             return result

@@ -30,7 +30,7 @@ from barchain.record.sources import contents_digest, digest_of, required_by
 from barchain.runs.call import FILE_B, Answer, CallEnd
 from barchain.runs.pool import Session
 from reference_impl.kernel.build import source_digest, why_missing
-from reports.tables.writing import make_folder, write_atomically
+from reports.results.writing import make_folder, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from barchain.runs.asking import declarations_of, engine_fault
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN, NotRun, was_run
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN, NotRun, was_run
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping

@@ -24,7 +24,7 @@ from barchain.runs.phases import failed, three_phases
 from barchain.runs.questions import ARRAYS, sendable
 from barchain.runs.trajectory_checks import fault, shape_fault
 from barchain.runs.versions import need_same_version, version_of
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.engine import Declarations
@@ -228,9 +228,9 @@ def durations(given: object) -> dict[str, float]:
 
 def keep_run(store: StudyStore, job: Job, result: RunResult) -> None:
     """Write a run's samples as the series ``trajectories/<scene>/<engine>``, and note the run in the record."""
-    from reports.tables.reading import digest  # noqa: PLC0415  # processes of runs need no tables
-    from reports.tables.rows import frame_digest  # noqa: PLC0415
-    from reports.tables.writing import parquet  # noqa: PLC0415
+    from reports.results.reading import digest  # noqa: PLC0415  # processes of runs need no tables
+    from reports.results.rows import frame_digest  # noqa: PLC0415
+    from reports.results.writing import parquet  # noqa: PLC0415
 
     trajectory = result.trajectory
     frame = None if trajectory is None else trajectory.of_run(job.scene).to_frame()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.metrics.joint_gaps import disagreement, gaps
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios.channels import STORED, TIME, Of
 
 if TYPE_CHECKING:

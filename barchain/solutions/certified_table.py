@@ -19,7 +19,7 @@ import pandas as pd
 
 from adapters.trajectory import from_frame, to_frame
 from barchain.metrics.quantities import largest, rate_scale
-from reports.tables.writing import write_atomically
+from reports.results.writing import write_atomically
 from scenarios.channels import COMPARED
 
 if TYPE_CHECKING:

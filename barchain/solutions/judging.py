@@ -42,7 +42,7 @@ from barchain.solutions.reference import (
     with_perturbed_start,
 )
 from barchain.solutions.reference_run import NUMPY, solution_engine
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

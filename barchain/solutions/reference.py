@@ -22,7 +22,7 @@ from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import MODES_PER_BAR, TRACK, differences, largest, own_rate
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.joints import condition_number, joint_matrix
-from reports.tables.crossval import PARTED_RAD
+from reports.results.comparison import PARTED_RAD
 from scenarios import Gravity
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ import pandas as pd
 from adapters.trajectory import ENDED, Trajectory, from_frame, to_frame
 from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS, DamagedTableError
 from barchain.solutions.reference import ReferenceSolution, SolutionSource
-from reports.tables.writing import write_atomically
+from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -25,9 +25,9 @@ from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import TIME_LIMIT_S, Job, Role
 from barchain.runs.tasks import limit_of, run_task
 from barchain.studies.study import Reporter, StudyEnd, run_study
-from reports.tables.files import StudyFiles
-from reports.tables.measured import STUDIES
-from reports.tables.rows import spread
+from reports.results.files import StudyFiles
+from reports.results.measured import STUDIES
+from reports.results.rows import spread
 from scenarios import Scene, load_scene
 from scenarios.load import check_scene
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
     from barchain.runs.cases import Case, Task
     from barchain.runs.executors import Executor
-    from reports.tables.rows import Row
+    from reports.results.rows import Row
 
 NAME = r"[a-z][a-z0-9_]{0,39}"
 
@@ -93,7 +93,7 @@ def measure(
         Of the study: lower-case letters, digits and ``_``; none of barchain's own.
     cases : mapping
         Generators by what progress calls them. Each returns a list of rows: arguments of
-        :meth:`reports.tables.rows.Rows.add`, ``metric`` and at most a value or outcome with its engine, scene,
+        :meth:`reports.results.rows.Rows.add`, ``metric`` and at most a value or outcome with its engine, scene,
         quantity, unit; any other name is a tag.
     out : Path or str
         Result folder. ``barchain show OUT`` prints the rows, :func:`barchain.rows` reads them.

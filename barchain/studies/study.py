@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from pathlib import Path
 
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
 
 
 class StudyResult(Protocol):

@@ -16,8 +16,8 @@ from barchain.runs.call import Call, CallFailedError
 from barchain.runs.cases import Task
 from barchain.runs.job import Role
 from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
-from reports.tables.crossval import METRIC_COLUMNS
-from reports.tables.outcome import Outcome
+from reports.results.comparison import METRIC_COLUMNS
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable

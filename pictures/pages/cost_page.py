@@ -8,8 +8,8 @@ from adapters.registry import COMPILED, ENGINES
 from pictures.pages.engine_page import COST_SCENE
 from pictures.pages.record import MeasuredRecord, rows
 from pictures.pages.words import table
-from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
-from reports.tables.cost import KINDS as HEADINGS
+from reports.results.cost import INDEPENDENT, OWN_EQUATIONS
+from reports.results.cost import KINDS as HEADINGS
 from reports.text.numerals import decade, ratio_text
 
 if TYPE_CHECKING:

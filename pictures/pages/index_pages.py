@@ -13,7 +13,7 @@ from pictures.pages.scene_page import link
 from pictures.pages.words import table
 from pictures.paths import DOCS, ENGINE_PAGES
 from pictures.templating import render
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from pictures.pages.record import MeasuredRecord

@@ -8,8 +8,8 @@ from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
 from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import read_solution, shipped_path
 from pictures.pages.words import table
-from reports.tables.crossval import LINEAR_GROWTH
-from reports.tables.outcome import SEVERITY
+from reports.results.comparison import LINEAR_GROWTH
+from reports.results.outcome import SEVERITY
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from pictures.pages.words import cell, errors, growth_text, outcome_text, short,
 from pictures.paths import DOCS, ENGINE_PAGES, GALLERY
 from pictures.record.certified import SHIPPED, TABLE
 from pictures.templating import render
-from reports.tables.cost import KINDS as HEADINGS
-from reports.tables.cost import OWN_EQUATIONS
+from reports.results.cost import KINDS as HEADINGS
+from reports.results.cost import OWN_EQUATIONS
 from reports.text.numerals import each
 
 if TYPE_CHECKING:

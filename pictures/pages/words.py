@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.crossval import LINEAR_GROWTH
+from reports.results.comparison import LINEAR_GROWTH
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.crossval import read_results
-from reports.tables.outcome import Outcome, gravest
+from reports.results.comparison import read_results
+from reports.results.outcome import Outcome, gravest
 from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:

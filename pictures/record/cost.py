@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pictures.record.files import COLUMNS
-from reports.tables.cost import read_cost
+from reports.results.cost import read_cost
 
 if TYPE_CHECKING:
     from pathlib import Path

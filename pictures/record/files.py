@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from pictures.paths import RECORD
-from reports.tables.writing import write_atomically
+from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.stability import FILES
+from reports.results.stability import FILES
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -9,8 +9,8 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.faults.campaign import ENGINE_CLASSES, FAULT_CLASSES, FILES, CellClass
-from reports.tables.rows import records
+from reports.results.faults.campaign import ENGINE_CLASSES, FAULT_CLASSES, FILES, CellClass
+from reports.results.rows import records
 from reports.text.numerals import as_given
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ import numpy as np
 from reports.plotting.families import EngineChart, EngineCurve, by_family, overview
 from reports.plotting.palette import COLOURS
 from reports.plotting.series import decade_range
-from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, busy_machine, read_cost
-from reports.tables.outcome import Outcome
-from reports.tables.rows import plain, was_run
+from reports.results.cost import BASELINE, INDEPENDENT, KINDS, busy_machine, read_cost
+from reports.results.outcome import Outcome
+from reports.results.rows import plain, was_run
 from reports.text.words import anchor
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from reports.plotting.palette import COLOURS, engine_pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
 from reports.plotting.svg import FINE, TOP, Chart, Scale, across, decade_ticks, upwards
-from reports.tables.effects import CHANGED, FILES, SIZES, EffectKind
-from reports.tables.rows import plain
+from reports.results.effects import CHANGED, FILES, SIZES, EffectKind
+from reports.results.rows import plain
 from reports.text.numerals import prefixed, short, significant
 from reports.text.record import is_complete
 from scenarios.channels import UNITS
@@ -29,7 +29,7 @@ from scenarios.channels import UNITS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from reports.tables.rows import Row
+    from reports.results.rows import Row
 
 MODELS = ("none", "point", "gradient", "quadrupole", "slender")
 """Gravity models, each richer than the model before"""

@@ -10,7 +10,7 @@ import numpy as np
 from reports.plotting.palette import COLOURS
 from reports.plotting.panels import Panel, linear_span
 from reports.plotting.svg import Chart, across, upwards
-from reports.tables.ensemble import FILES
+from reports.results.ensemble import FILES
 from reports.text.record import SceneRecord
 
 if TYPE_CHECKING:

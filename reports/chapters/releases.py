@@ -11,8 +11,8 @@ from reports.plotting.palette import COLOURS, engine_pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
 from reports.plotting.svg import Chart, across, upwards
-from reports.tables.nights.releases import FILES, ReleaseState
-from reports.tables.rows import known
+from reports.results.nights.releases import FILES, ReleaseState
+from reports.results.rows import known
 from reports.text.numerals import significant
 from reports.text.record import is_complete
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from reports.tables.files import StudyTables
+    from reports.results.files import StudyTables
 
     Curve = tuple[str, pd.DataFrame]  # label, rows with `version` and the drawn column
 

@@ -11,9 +11,9 @@ import numpy as np
 from reports.plotting.families import EngineChart, EngineCurve, by_family, overview
 from reports.plotting.panels import guide
 from reports.plotting.series import decade_range
-from reports.tables.outcome import Outcome
-from reports.tables.rows import plain
-from reports.tables.scaling import FILES
+from reports.results.outcome import Outcome
+from reports.results.rows import plain
+from reports.results.scaling import FILES
 from reports.text.numerals import power_of_ten, significant
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import ChartFrame, Legend, Line, Panel, draw, guide, linear_panel, log_panel
 from reports.plotting.series import Array, decade_range, numbered, thin
 from reports.plotting.svg import Chart, across, upwards
-from reports.tables.rows import NOT_RUN, plain
-from reports.tables.stability import FILES, Stability
+from reports.results.rows import NOT_RUN, plain
+from reports.results.stability import FILES, Stability
 from reports.text.numerals import SUPERSCRIPTS
 from reports.text.record import is_complete
 from scenarios.channels import CHANNELS
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from reports.tables.files import StudyTables
+    from reports.results.files import StudyTables
 
 SIGNS = {
     Stability.STABLE: ("✓", "pass"),

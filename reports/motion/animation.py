@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from reports.chapters.crossval.orbit import (
+from reports.chapters.comparison.orbit import (
     MOST_TURN_RAD,
     TURN_RAD,
     Geometry,

@@ -11,7 +11,7 @@ from markupsafe import Markup, escape
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from reports.tables.nights.trends import CalendarNight
+    from reports.results.nights.trends import CalendarNight
 
 CELL, LEFT, TOP = 15.0, 30.0, 16.0
 STATES = {

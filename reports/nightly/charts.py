@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from reports.tables.nights.trends import TrendChart, TrendCurve
+    from reports.results.nights.trends import TrendChart, TrendCurve
 
 WIDTH, HEIGHT = 300.0, 84.0
 LEFT, RIGHT, TOP, BOTTOM = 44.0, 6.0, 12.0, 16.0

@@ -13,15 +13,15 @@ from reports.nightly.charts import small_chart
 from reports.nightly.summary import by_cause, seconds_words
 from reports.page import templates
 from reports.plotting.palette import variables
-from reports.tables.nights.facts import NOT_TRIED
-from reports.tables.writing import write_atomically
+from reports.results.nights.document import NOT_TRIED
+from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from reports.tables.nights.facts import NightlyFile
-    from reports.tables.nights.trends import CalendarNight, TrendChart
+    from reports.results.nights.document import NightlyFile
+    from reports.results.nights.trends import CalendarNight, TrendChart
 
 PAGE = "nightly.html"
 TEMPLATE = "nightly/page.html.j2"

@@ -9,13 +9,13 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from reports.page import templates
-from reports.tables.writing import write_atomically
+from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from reports.tables.nights.facts import ChangeEntry, NightlyFile
+    from reports.results.nights.document import ChangeEntry, NightlyFile
 
 FILE = "summary.md"
 MOST_ROWS = 30

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from reports.chapters.crossval.overview import SYMBOLS, agreement_panel, engine_groups, kind, summary_verdict
-from reports.chapters.crossval.summary import summarise
+from reports.chapters.comparison.overview import SYMBOLS, agreement_panel, engine_groups, kind, summary_verdict
+from reports.chapters.comparison.summary import summarise
 from reports.plotting.palette import COLOURS, PAPER
-from reports.tables.files import StudyTables
+from reports.results.files import StudyTables
 from reports.text.words import LAYOUT, visible
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from reports.chapters.crossval.overview import EngineGroup
-    from reports.chapters.crossval.summary import RunCell, Summary
+    from reports.chapters.comparison.overview import EngineGroup
+    from reports.chapters.comparison.summary import RunCell, Summary
 
 INK, MUTED, RULE, GRID = (COLOURS[name].light for name in ("ink", "muted", "rule", "grid"))
 FRAME = (
@@ -73,7 +73,7 @@ def comparison_html(metrics: pd.DataFrame, external: Mapping[str, bool], report:
     Parameters
     ----------
     metrics : DataFrame
-        Columns :data:`reports.tables.crossval.METRIC_COLUMNS`.
+        Columns :data:`reports.results.comparison.METRIC_COLUMNS`.
     external : mapping of str to bool
         Whether each engine has independent physics.
     report : Path or None

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.crossval.orbit import SHARE, Geometry, draw_chains, joints, square_chart
-from reports.chapters.crossval.scene import facts
+from reports.chapters.comparison.orbit import SHARE, Geometry, draw_chains, joints, square_chart
+from reports.chapters.comparison.scene import facts
 from reports.notebook.card import card, facts_table, picture
 from reports.plotting.palette import COLOURS
 from reports.text.record import SceneRecord

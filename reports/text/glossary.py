@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reports.tables.crossval import PARTED_RAD
+from reports.results.comparison import PARTED_RAD
 
 TERMS = {
     "reference solution": "Run of the reference at tight tolerances, with an estimate of its error. A comparison "

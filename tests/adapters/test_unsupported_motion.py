@@ -18,7 +18,7 @@ from adapters.registry import ENGINES
 from adapters.trajectory import Trajectory
 from barchain import api
 from barchain.solutions.reference import establish, with_perturbed_start
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import Axes, Gravity, Impulse, Scene, load_scene
 from scenarios.effect_types import End
 from tests.support import solutions

@@ -20,11 +20,11 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import RESERVED, Registration, third_party
 from adapters.trajectory import Observable
 from barchain.cli.main import run
-from barchain.crossval.run import run_comparison
 from barchain.engine import AccuracyParameter, Engine, Setting
 from barchain.engine.new_package import package_names
 from barchain.runs.trajectory_checks import fault
-from reports.tables.outcome import Outcome
+from barchain.studies.comparison.run import run_comparison
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.structure.product import ROOT
 from tests.support.slow import one_in

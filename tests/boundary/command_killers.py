@@ -28,7 +28,7 @@ def kill(pids: list[int]) -> None:
 
 if __name__ == "__main__":
     from adapters.registry import Registration
-    from barchain.crossval.run import run_comparison
+    from barchain.studies.comparison.run import run_comparison
 
     name, out = sys.argv[1:]
     registered = {name: Registration(f"{MODULE}:{name}")}

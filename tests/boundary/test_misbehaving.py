@@ -12,15 +12,15 @@ import psutil
 import pytest
 
 from adapters.registry import Registration
-from barchain.crossval.run import run_comparison
 from barchain.runs.environment import FOLDER
 from barchain.runs.message import TEXT_LENGTH
+from barchain.studies.comparison.run import run_comparison
 from reports.render import render
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from tests.boundary.misbehaving import ENGINES, FINE, TRACE
 
 if TYPE_CHECKING:
-    from barchain.crossval.run import ComparisonResult
+    from barchain.studies.comparison.run import ComparisonResult
 
 SCENE = "basics/two_bars_free"
 LIMIT_S = 60.0

@@ -18,7 +18,7 @@ from barchain.runs.job import Job, Role
 from barchain.runs.processes import run
 from barchain.runs.tasks import PoolGroup, pool_group, run_jobs
 from barchain.studies.timing.bench import TimingBench
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.slow import one_in
 

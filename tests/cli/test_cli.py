@@ -9,8 +9,8 @@ from adapters.registry import ENGINES, Registration
 from barchain.cli.compare import show_verdict
 from barchain.cli.engines import show_engines
 from barchain.cli.main import run
-from barchain.crossval.run import ComparisonResult
-from reports.tables.outcome import Outcome
+from barchain.studies.comparison.run import ComparisonResult
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.results import read_record
 

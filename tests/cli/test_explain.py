@@ -6,7 +6,7 @@ import pytest
 
 from barchain.cli.common.meanings import MISTAKES, UnknownWordError, explain, kinds
 from barchain.cli.main import run
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from barchain.cli.main import cli, run
-from barchain.nightly.release_runs import ReleasesStudy
+from barchain.nightly.attribution.release_runs import ReleasesStudy
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
 from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS
-from reports.tables import cost, crossval
+from reports.results import comparison, cost
 from tests.support.kernel import skip_without_kernel
 from tests.support.results import record_file, write_record
 
@@ -37,7 +37,7 @@ CAN_NOT_GO_ON = {"simulate", "plot", "certified", "judge", "export"}
 
 @pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])
 def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, held, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("barchain.nightly.release_runs.releases_study", lambda *_: NO_RELEASES)  # no index
+    monkeypatch.setattr("barchain.nightly.attribution.release_runs.releases_study", lambda *_: NO_RELEASES)  # no index
     if command.startswith("ensemble"):
         skip_without_kernel()
     if command.startswith("certified"):
@@ -67,13 +67,13 @@ def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
     for path in (tmp_path / name for name in written + others):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("")
-    claim_results(crossval.FILES, tmp_path, overwrite=True)
+    claim_results(comparison.FILES, tmp_path, overwrite=True)
     assert {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()} == set(others)
 
 
 def test_resume_leaves_everything_in_place(tmp_path):
     write_record(tmp_path, {})
-    claim_results(crossval.FILES, tmp_path, resume=True)
+    claim_results(comparison.FILES, tmp_path, resume=True)
     assert record_file(tmp_path).exists()
 
 

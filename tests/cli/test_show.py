@@ -10,7 +10,7 @@ import pytest
 import barchain
 from barchain.cli.main import run
 from barchain.cli.results import differing, show_differences
-from reports.tables.rows import IDENTITY, spread
+from reports.results.rows import IDENTITY, spread
 from tests.support.results import rows_file
 
 if TYPE_CHECKING:

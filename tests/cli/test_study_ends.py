@@ -17,9 +17,9 @@ from barchain.studies.ensemble.study import EnsembleSummary
 from barchain.studies.selftest.trial import SceneRuns
 from barchain.studies.stability.plan import recorded
 from barchain.studies.study import StudyEnd
-from reports.tables.reading import DamagedResultsError
-from reports.tables.rows import NOT_RUN
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.results.reading import DamagedResultsError
+from reports.results.rows import NOT_RUN
+from reports.results.schema import KEY, SCHEMA_VERSION
 from tests.support.results import read_record, read_table, write_record
 
 LONG = "x" * 250  # more than a file system takes, with an ending

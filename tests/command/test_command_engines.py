@@ -15,13 +15,13 @@ from barchain.cli.engines import OFFERED
 from barchain.cli.main import cli
 from barchain.conform.run import conform
 from barchain.engine.new_program import LANGUAGES, write_program
-from barchain.nightly.figures import FigureKind
-from barchain.nightly.parts import capture, depends_on, installed_parts
+from barchain.nightly.figures.dependencies import capture, depends_on, installed_parts
+from barchain.nightly.figures.figure import FigureKind
 from barchain.runs import questions
 from barchain.runs.job import Job, Role
 from barchain.runs.kept_answers import answer_key
 from barchain.runs.run import one_run, outside_call
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from tests.support.slow import one_in, rows, slow_but
 
 SCENE = barchain.change_scene(barchain.load_scene("basics/two_bars_free"), {"run": {"samples": 5, "duration_s": 100.0}})

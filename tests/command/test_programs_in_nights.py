@@ -11,13 +11,13 @@ import pytest
 from adapters.command.entries import FILES
 from barchain.cli.main import run
 from barchain.engine.new_program import LANGUAGES, write_program
-from barchain.nightly.parts import capture, installed_parts
-from reports.tables.nights.facts import read_nightly
+from barchain.nightly.figures.dependencies import capture, installed_parts
+from reports.results.nights.document import read_nightly
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.figures import NightPart
+    from barchain.nightly.figures.figure import NightPart
 
 PLAN = """
 name = "mine"

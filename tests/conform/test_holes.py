@@ -16,7 +16,7 @@ from barchain.conform.physics import main_and_finer, scene_check
 from barchain.conform.scenes import STAGES, TOGETHER, scene_of
 from barchain.conform.target import examined, extent_of
 from barchain.runs.job import RunResult
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from tests.conform import own_engine
 from tests.support.kernel import needs_kernel
 from tests.support.slow import exhaustive_but, slow_but

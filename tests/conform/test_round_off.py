@@ -14,7 +14,7 @@ from barchain.conform.checks import FAILED, NOT_RUN, PASSED, Check
 from barchain.conform.scenes import STAGES, TOGETHER
 from barchain.conform.target import Examined, examined
 from barchain.runs.job import Role, failure
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:

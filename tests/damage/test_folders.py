@@ -12,10 +12,10 @@ import pytest
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.main import run
-from barchain.nightly.acceptances import accept
-from barchain.nightly.history import open_store
-from barchain.nightly.judging import judge
-from barchain.nightly.told import ATTRIBUTED, keep_judgement
+from barchain.nightly.history.acceptances import accept
+from barchain.nightly.history.judging import judge
+from barchain.nightly.history.news import ATTRIBUTED, keep_judgement
+from barchain.nightly.history.nights import open_store
 from tests.damage.mutations import damaged_bytes, damaged_json
 from tests.nightly.history.synthetic import large_night
 from tests.storage.small_plans import SMALL

@@ -17,7 +17,7 @@ from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import arrays
 from barchain.runs.job import RunResult
 from barchain.solutions.judging import solution_engine
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.solutions import run, solution_of
 

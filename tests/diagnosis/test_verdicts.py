@@ -11,15 +11,15 @@ import pytest
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.crossval.run import run_comparison
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.mistake import WrongQuantity
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.readings import READINGS, Reading
 from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
+from barchain.studies.comparison.run import run_comparison
 from barchain.studies.verdict_tasks import verdict_bytes, verdict_from
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from tests.diagnosis.planting import RTOL, planted, unequal_chain, verdict_on
 from tests.support.slow import one_in
 from tests.support.solutions import run, solution_of

@@ -2,7 +2,7 @@
 
 import re
 
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from tests.documents.mentions import ROOT
 
 PAGE = ROOT / "docs/howto/reading_the_report.md"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.plan import PlanFile
+from barchain.nightly.running.plan import PlanFile
 from tests.documents import snippets as found
 from tests.documents.running import command, run
 from tests.support.slow import exhaustive_but, one_in

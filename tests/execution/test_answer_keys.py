@@ -202,6 +202,6 @@ def test_documents_reports_studies_and_the_command_line_decide_no_run() -> None:
             found.add(name)
             ahead += keys.known_module(name)[1]
     assert {"adapters.exudyn.adapter", "barchain.runs.run", "scenarios.scene"} <= found
-    apart = ("barchain.cli", "barchain.studies", "barchain.crossval", "barchain.judge", "barchain.nightly", "reports")
+    apart = ("barchain.cli", "barchain.studies", "barchain.judge", "barchain.nightly", "reports")
     assert not [name for name in found if name.startswith(apart)]
     assert not [name for name in found if name.startswith("adapters.") and name.split(".")[1] in {"rebound", "heyoka"}]

@@ -14,7 +14,7 @@ from barchain.runs.call import Call, CallEnd
 from barchain.runs.executors import KeptAnswers, LocalProcesses
 from barchain.runs.job import Job, Role, TimeLimit
 from barchain.runs.run import shared_call, shared_result
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.execution import calls
 from tests.support.results import answers_folder

@@ -13,11 +13,11 @@ pytest.importorskip("distributed")
 
 from adapters.registry import Registration
 from barchain.cli.main import run as barchain
-from barchain.crossval.run import run_comparison
 from barchain.runs.cluster.connection import ClusterLostError
 from barchain.runs.executors import DaskCluster, LocalProcesses
+from barchain.studies.comparison.run import run_comparison
 from barchain.studies.study import Reporter
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from tests.support.local_cluster import LocalCluster, kill
 from tests.support.results import read_table, series_folder
 

@@ -16,7 +16,7 @@ from barchain.runs.message import MessageError, read_message
 from barchain.runs.run import shared_result, shared_run
 from barchain.runs.versions import version_of
 from barchain.solutions.judging import solution_jobs
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 
 ANSWERS = [Answer(b"\x00" * 7), Answer(end=CallEnd.DIED, reason="signal 9"), Answer(b"", seconds=0.25)]

@@ -12,7 +12,7 @@ from adapters.registry import COMPILED, find_engine
 from barchain import api, make_scene
 from barchain.runs import advice
 from barchain.runs.advice import default_engine, failure_advice, quicker_advice
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 needs_kernel = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="the compiled reference is not built")
 TABLES: dict[str, Any] = {

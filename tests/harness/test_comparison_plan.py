@@ -8,8 +8,14 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from barchain.crossval import suite
-from barchain.crossval.plan import (
+from barchain.judge.verdict import no_verdict
+from barchain.runs.choices import chosen_engines, one_of_each
+from barchain.runs.job import Job, Role, TimeLimit
+from barchain.runs.tasks import run_task
+from barchain.solutions.reference import closely_sampled
+from barchain.solutions.shipped import shipped_solution
+from barchain.studies.comparison import suite
+from barchain.studies.comparison.plan import (
     KEPT_LIMIT,
     STEPS_PER_TURN,
     WANTED_SHARE,
@@ -23,15 +29,9 @@ from barchain.crossval.plan import (
     turns_per_orbit,
     two_digits,
 )
-from barchain.crossval.run import Comparison
-from barchain.crossval.suite import Suite
-from barchain.judge.verdict import no_verdict
-from barchain.runs.choices import chosen_engines, one_of_each
-from barchain.runs.job import Job, Role, TimeLimit
-from barchain.runs.tasks import run_task
-from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_solution
-from reports.tables.outcome import Outcome
+from barchain.studies.comparison.run import Comparison
+from barchain.studies.comparison.suite import Suite
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 
 

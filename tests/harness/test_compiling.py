@@ -11,13 +11,13 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.api import compare
-from barchain.crossval.suite import beforehand
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import COMPILE_S, Job, Role, RunResult, TimeLimit, failure
 from barchain.runs.tasks import run_jobs
 from barchain.solutions.judging import judging_engine, solution_jobs
+from barchain.studies.comparison.suite import beforehand
 from reports.render import render
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.kernel import skip_without_kernel
 from tests.support.results import read_record
@@ -82,7 +82,7 @@ def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, mo
     scene = load_scene("basics/free_rotation")
     scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=41))
     for form in ("reference", judging_engine(scene)):
-        for module in ("barchain.solutions.judging", "barchain.crossval.suite"):
+        for module in ("barchain.solutions.judging", "barchain.studies.comparison.suite"):
             monkeypatch.setattr(f"{module}.judging_engine", lambda _, form=form: form)
         compare([scene], ["reference"], tmp_path, overwrite=True)
         record = read_record(tmp_path)

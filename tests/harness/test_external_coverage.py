@@ -9,18 +9,18 @@ import pytest
 
 from adapters.registry import ENGINES, Registration
 from barchain.cli.compare import show_advice
-from barchain.crossval.external_coverage import (
+from barchain.metrics.quantities import conserved
+from barchain.record.scene_description import effect_words, invariant_words, losses
+from barchain.solutions.judging import WORDS
+from barchain.solutions.reference import SolutionSource
+from barchain.studies.comparison.external_coverage import (
     MAX_SUGGESTED_SAMPLES,
     external_coverage,
     fitting_run,
     unchecked_attitudes,
     with_run,
 )
-from barchain.metrics.quantities import conserved
-from barchain.record.scene_description import effect_words, invariant_words, losses
-from barchain.solutions.judging import WORDS
-from barchain.solutions.reference import SolutionSource
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import Scene, load_scene, scene_names
 from scenarios.load import parse_scene
 

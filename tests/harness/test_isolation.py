@@ -7,20 +7,20 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.crossval.run import Comparison, run_comparison
-from barchain.crossval.suite import Suite
 from barchain.record.study_store import StudyStore
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import Job, Role, failure
 from barchain.runs.pool import LocalSession
 from barchain.runs.tasks import PoolGroup, pool_group
 from barchain.solutions.judging import solution_jobs
+from barchain.studies.comparison.run import Comparison, run_comparison
+from barchain.studies.comparison.suite import Suite
 from barchain.studies.study import Reporter
-from reports.chapters.crossval.overview import summary_verdict
-from reports.chapters.crossval.summary import summarise
+from reports.chapters.comparison.overview import summary_verdict
+from reports.chapters.comparison.summary import summarise
 from reports.render import render
-from reports.tables.crossval import FILES, read_results
-from reports.tables.outcome import Outcome
+from reports.results.comparison import FILES, read_results
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.faulty_engines import UNSOLVABLE
 from tests.support.results import read_record, read_table

@@ -14,9 +14,6 @@ from adapters.reference import WIDE_UNTIL
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, WIDE, Registration
 from adapters.trajectory import Trajectory
-from barchain.crossval.run import Comparison, run_comparison
-from barchain.crossval.suite import Suite
-from barchain.faults.equations import no_tide
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences
@@ -47,9 +44,12 @@ from barchain.solutions.reference import (
 )
 from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
 from barchain.solutions.shipped import write_solution as write
+from barchain.studies.comparison.run import Comparison, run_comparison
+from barchain.studies.comparison.suite import Suite
+from barchain.studies.selftest.faults.equations import no_tide
 from barchain.studies.study import Reporter
-from reports.tables.crossval import FILES
-from reports.tables.outcome import Outcome
+from reports.results.comparison import FILES
+from reports.results.outcome import Outcome
 from scenarios import change_scene, load_scene, make_scene, scene_names
 from tests.support.results import read_record, series_folder
 from tests.support.scene_lists import TAME

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adapters.registry import Registration
-from barchain.crossval.run import run_comparison
 from barchain.record.sources import digest_of
 from barchain.runs.pool import LocalSession
-from reports.tables.outcome import Outcome
+from barchain.studies.comparison.run import run_comparison
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Hashable

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 import barchain
-from barchain.crossval.run import ComparisonResult
-from reports.tables.crossval import ALL_SCENES
-from reports.tables.outcome import Outcome
+from barchain.studies.comparison.run import ComparisonResult
+from reports.results.comparison import ALL_SCENES
+from reports.results.outcome import Outcome
 
 LONGEST = 200  # characters, of a scene with every effect
 

@@ -24,7 +24,7 @@ from barchain.solutions.at_times import restarted_run
 from barchain.solutions.reference import closely_sampled, establish, with_perturbed_start
 from barchain.studies.selftest.campaign import on_scene
 from reference_impl.integrate.simulate import Simulation
-from reports.tables.crossval import PARTED_RAD
+from reports.results.comparison import PARTED_RAD
 from scenarios import load_scene
 from tests.support.here import result_of
 

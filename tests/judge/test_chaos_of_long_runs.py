@@ -11,7 +11,7 @@ from adapters.engine import AccuracyParameter, Setting
 from barchain.judge.checks.beyond_limit import doubtful_increments, fault_between_segments
 from barchain.judge.checks.restart import LINEAR_RAD, restart_segments
 from barchain.judge.error_model import ErrorModel
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import make_scene
 from tests.judge.trust_cases import judged
 from tests.support.solutions import REFERENCE, run, solution_of

@@ -15,8 +15,8 @@ from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import conserved, differences, drifts
 from barchain.runs.job import RunResult
 from barchain.solutions.reference import PERTURBATION_RAD, divergence_instant_s, with_perturbed_start
-from reports.tables.crossval import PARTED_RAD
-from reports.tables.outcome import Outcome
+from reports.results.comparison import PARTED_RAD
+from reports.results.outcome import Outcome
 from scenarios import Actuator, load_scene
 from tests.support.slow import one_in, rows
 from tests.support.solutions import run, solution_of

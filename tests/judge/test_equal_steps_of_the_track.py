@@ -15,7 +15,7 @@ from barchain.conform.scenes import scene_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.engine import Setting

@@ -16,7 +16,7 @@ from barchain.judge.compare import judge
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.solutions import run, solution_of
 

@@ -15,7 +15,7 @@ from barchain.metrics.model_difference import com_displacement
 from barchain.runs.job import RunResult
 from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.judge.trust_cases import value
 from tests.support.solutions import solution_of

@@ -19,7 +19,7 @@ from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences, drifts
 from barchain.runs.job import RunResult
 from barchain.solutions.reference import densely_sampled, with_perturbed_start
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.slow import one_in
 from tests.support.solutions import run, solution_of

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from barchain.crossval.run import tolerance_rows
 from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES, plain
+from barchain.studies.comparison.run import tolerance_rows
 
 ROOT = Path(__file__).parents[2]
 

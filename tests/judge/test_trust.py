@@ -14,7 +14,7 @@ from barchain.judge.checks.beyond_limit import energy_finding, fault_between_seg
 from barchain.judge.checks.restart import declared_noise_rad, restart_segments
 from barchain.judge.error_model import ErrorModel
 from barchain.runs.job import Role, RunResult
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.judge.trust_cases import (
     SETTING,

@@ -13,7 +13,7 @@ from barchain.judge.local_errors import step_constant
 from barchain.judge.scales import believed_noise, believed_steps, scales
 from barchain.runs.job import RunResult
 from barchain.runs.trajectory_checks import fault
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.judge.trust_cases import (
     SETTING,

@@ -13,7 +13,7 @@ from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
 from barchain.runs.job import ROUNDOFF_ROLES, RunResult
 from barchain.solutions.reference import MOST_TURNED_RAD, closely_sampled
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.judge.trust_cases import judged, lasting, three_settings, value
 from tests.support.solutions import run, solution_of

@@ -10,7 +10,7 @@ from adapters.reference.numpy_engines import Reference
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 
 SETTING = Setting(AccuracyParameter.RTOL, 1e-8)

@@ -19,7 +19,7 @@ from barchain.metrics.joint_gaps import centre_of_mass_residual, disagreement, g
 from barchain.metrics.quantities import drifts
 from barchain.runs.trajectory_checks import fault
 from reference_impl.integrate.simulate import Simulation
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 from scenarios import Scene, load_scene
 from tests.support.slow import one_in
 

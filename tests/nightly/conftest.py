@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.history import open_store
+from barchain.nightly.history.nights import open_store
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.history import NightStore
+    from barchain.nightly.history.nights import NightStore
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ from pictures.record.comparison import row_of
 from pictures.record.files import COLUMNS, DIGITS, read_runs, read_table
 from pictures.stages import STAGES
 from pictures.write import gallery_scenes, site_files
-from reports.tables.crossval import METRIC_COLUMNS
+from reports.results.comparison import METRIC_COLUMNS
 from scenarios import load_scene
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.registry import Registration
 from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
-from reports.tables.cost import FILES
+from reports.results.cost import FILES
 from tests.studies.cost_points import engine_points, kind_of, point, table, times_of
 from tests.support.results import write_results
 

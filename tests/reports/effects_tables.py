@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.effects import FILES, TABLE
+from reports.results.effects import FILES, TABLE
 from tests.support.results import write_results
 
 if TYPE_CHECKING:

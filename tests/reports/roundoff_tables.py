@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reports.tables.roundoff import FILES, TABLES
+from reports.results.roundoff import FILES, TABLES
 from tests.support.results import write_results
 
 U = {"float32": 2.0**-24, "float64": 2.0**-53, "long double": 2.0**-64}

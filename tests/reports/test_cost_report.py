@@ -19,7 +19,7 @@ from reports.plotting.families import (
     overview,
 )
 from reports.render import render, render_study
-from reports.tables.cost import KINDS
+from reports.results.cost import KINDS
 from reports.text.numerals import decade, ratio_text, span_text
 from tests.reports.cost_tables import study, write
 from tests.support.page_policy import check_policy

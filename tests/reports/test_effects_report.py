@@ -12,7 +12,7 @@ from barchain.cli.studies import show_effects
 from reports.chapters.effects import LINE, Relevance, classify, length_text, share_text, spaced, view_effects
 from reports.plotting.svg import TOP
 from reports.render import render_study
-from reports.tables.effects import TABLE
+from reports.results.effects import TABLE
 from tests.reports.effects_tables import ROWS, row, write
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build

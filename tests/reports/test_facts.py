@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from barchain.record.scene_description import scene_facts
-from reports.chapters.crossval.scene import facts
+from reports.chapters.comparison.scene import facts
 from reports.text.record import SceneRecord
 from scenarios import load_scene
 

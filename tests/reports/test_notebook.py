@@ -15,10 +15,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import barchain
-from barchain.crossval.run import ComparisonResult
+from barchain.studies.comparison.run import ComparisonResult
 from reports.notebook.scene import osculating
-from reports.tables.crossval import ALL_SCENES, METRIC_COLUMNS
-from reports.tables.outcome import Outcome
+from reports.results.comparison import ALL_SCENES, METRIC_COLUMNS
+from reports.results.outcome import Outcome
 from scenarios import scene_names
 from tests.support.page_policy import LOADING
 from tests.support.slow import one_in

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from reports import render as reports
-from reports.chapters.crossval.orbit import MOST_BYTES, MOST_FRAMES, frame_count, moving_chain
-from reports.chapters.crossval.overview import FEW_COLUMNS, agreement_panel, digits, engine_groups, shade
-from reports.chapters.crossval.report import METRIC_HEADS
-from reports.chapters.crossval.summary import RunCell, Summary, show_first_orbit, summarise
+from reports.chapters.comparison.orbit import MOST_BYTES, MOST_FRAMES, frame_count, moving_chain
+from reports.chapters.comparison.overview import FEW_COLUMNS, agreement_panel, digits, engine_groups, shade
+from reports.chapters.comparison.report import METRIC_HEADS
+from reports.chapters.comparison.summary import RunCell, Summary, show_first_orbit, summarise
 from reports.plotting.svg import Chart, Scale
-from reports.tables.crossval import read_results
-from reports.tables.outcome import Outcome
+from reports.results.comparison import read_results
+from reports.results.outcome import Outcome
 from reports.text.words import engine_anchor, run_anchor
 from tests.support.browser import chromium, in_browser
 from tests.support.page_policy import check_policy

@@ -11,8 +11,8 @@ import pytest
 from jinja2 import Template
 
 from reports.render import render_all
-from reports.tables import crossval, effects, ensemble, stability
-from reports.tables.measured import STUDIES
+from reports.results import comparison, effects, ensemble, stability
+from reports.results.measured import STUDIES
 from reports.text.glossary import TERMS, Glossary
 from tests.support.results import write_results
 
@@ -30,7 +30,7 @@ MADE = {
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Folder of a comparison, an effect budget and an ensemble, all without rows."""
-    write_results(tmp_path, crossval.FILES, {"metrics": ()}, MADE)
+    write_results(tmp_path, comparison.FILES, {"metrics": ()}, MADE)
     scene = {"scene": {"name": "some/scene", "title": "Some scene"}}
     write_results(tmp_path, effects.FILES, {"effects": ()}, MADE | scene)
     spent = {"phases_s": {"run": 1.0, "reduce": 0.1}, "outcomes": {"finished": 4}}
@@ -50,7 +50,7 @@ def test_every_page_is_rendered_once(folder: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(Template, "render", counted)
     made = render_all(folder)
     assert {path.name for path in made} == {"index.html", "summary.md", "ensemble.html"}
-    pages = ("crossval/report.html.j2", "crossval/summary.md.j2", "study_page.html.j2")
+    pages = ("comparison/report.html.j2", "comparison/summary.md.j2", "study_page.html.j2")
     assert {page: rendered[page] for page in pages} == dict.fromkeys(pages, 1)
 
 

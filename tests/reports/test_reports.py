@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from reports import render as reports
-from reports.chapters.crossval.overview import summary_verdict
-from reports.chapters.crossval.summary import WORDS, summarise
-from reports.tables.crossval import FILES, METRIC_COLUMNS, read_results
-from reports.tables.outcome import SEVERITY, Outcome
-from reports.tables.reading import DamagedResultsError
+from reports.chapters.comparison.overview import summary_verdict
+from reports.chapters.comparison.summary import WORDS, summarise
+from reports.results.comparison import FILES, METRIC_COLUMNS, read_results
+from reports.results.outcome import SEVERITY, Outcome
+from reports.results.reading import DamagedResultsError
 from reports.text.numerals import significant
 from tests.support.report_fixture import ENGINES, build
 from tests.support.results import change_record, change_rows, read_record, read_table, write_results

@@ -11,7 +11,7 @@ from reports.chapters.roundoff.study import Roundoff, length, spelled
 from reports.chapters.roundoff.view import law, view_roundoff
 from reports.plotting.errors import name_box, staggered
 from reports.render import render, render_study
-from reports.tables.roundoff import FILES, TABLES
+from reports.results.roundoff import FILES, TABLES
 from tests.reports.roundoff_tables import (
     EARTH_M,
     LAWS,

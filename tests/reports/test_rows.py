@@ -12,17 +12,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from barchain.studies.cost.findings import unknown_orders
-from reports.tables import cost, ensemble
-from reports.tables.measured import STUDIES
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN, RowError, Rows, parsed_tags, records, spread, tag_text
+from reports.results import cost, ensemble
+from reports.results.measured import STUDIES
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN, RowError, Rows, parsed_tags, records, spread, tag_text
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reports.tables.files import StudyFiles
-    from reports.tables.table import Table
+    from reports.results.files import StudyFiles
+    from reports.results.table import Table
 
 NUMBERS = st.one_of(st.integers(-(10**9), 10**9), st.floats(allow_nan=False, allow_infinity=False))
 TEXTS = st.text(st.characters(exclude_characters=';="\n\r'), min_size=1).filter(lambda text: text == text.strip())
@@ -65,7 +65,7 @@ def test_spread_makes_columns_of_tags() -> None:
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.study)
 def test_the_rules_of_nights_are_kinds_of_figures(study: StudyFiles) -> None:
-    from barchain.nightly.figures import FigureKind
+    from barchain.nightly.figures.figure import FigureKind
 
     assert {rule.kind for rule in study.followed.values()} <= set(FigureKind)
 

@@ -9,10 +9,10 @@ from barchain.cli.main import run
 from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
 from reports.render import render_all
-from reports.tables.crossval import FILES, read_results
-from reports.tables.files import StudyFiles
-from reports.tables.measured import STUDIES
-from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError, read_record
+from reports.results.comparison import FILES, read_results
+from reports.results.files import StudyFiles
+from reports.results.measured import STUDIES
+from reports.results.schema import KEY, SCHEMA_VERSION, SchemaVersionError, read_record
 from tests.support.report_fixture import build
 from tests.support.results import read_record as record_of
 from tests.support.results import record_file, write_record

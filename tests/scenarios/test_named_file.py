@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from adapters.command.entries import read_entries
-from barchain.nightly.plan import SHIPPED as PLAN
-from barchain.nightly.plan import load_plan
+from barchain.nightly.running.plan import SHIPPED as PLAN
+from barchain.nightly.running.plan import load_plan
 from scenarios import load_scene
 from scenarios.load import SHIPPED, SceneError
 from scenarios.named_file import UnreadableError, read_named

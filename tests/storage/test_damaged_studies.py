@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
-from reports.tables.reading import TABLES
+from reports.results.reading import TABLES
 from tests.storage.small_plans import SMALL
 from tests.support.kernel import skip_without_kernel
 from tests.support.results import read_record, record_file, write_record

@@ -8,13 +8,13 @@ import pytest
 
 import barchain
 from barchain.cli.main import run
-from barchain.crossval.run import run_comparison
 from barchain.record.claim import ResultsInPlaceError, claim_results
 from barchain.record.study_store import StudyStore
 from barchain.runs.pool import LocalSession
-from reports.tables import cost, crossval, roundoff, stability
-from reports.tables.reading import DamagedResultsError
-from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
+from barchain.studies.comparison.run import run_comparison
+from reports.results import comparison, cost, roundoff, stability
+from reports.results.reading import DamagedResultsError
+from reports.results.schema import KEY, SCHEMA_VERSION, SchemaVersionError
 from tests.support.results import (
     FILES,
     change_record,
@@ -46,7 +46,7 @@ def test_a_comparison_goes_on_with_other_engines_and_makes_only_what_is_missing(
 ) -> None:
     def pairs(names: list[str]) -> set[tuple[str, str]]:
         found = run_comparison([SCENE], names, tmp_path, resume=True)
-        return {pair for pair in found.outcomes if crossval.is_engine(pair[1])}
+        return {pair for pair in found.outcomes if comparison.is_engine(pair[1])}
 
     made: list[str] = []
     start = LocalSession.start
@@ -164,7 +164,7 @@ def test_a_pair_without_a_verdict_is_a_failure(tmp_path: Path, monkeypatch: pyte
     def nothing(*_: object) -> Case[None]:
         yield []
 
-    monkeypatch.setattr("barchain.crossval.suite.Suite.pair", nothing)
+    monkeypatch.setattr("barchain.studies.comparison.suite.Suite.pair", nothing)
     result = run_comparison([SCENE], ["rebound"], tmp_path)
     assert not result.passed
     assert set(result.metrics.reason) == {"no verdict was given: a fault of barchain"}

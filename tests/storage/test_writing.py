@@ -17,10 +17,10 @@ from barchain.record.claim import FolderInUseError, locked
 from barchain.record.study_store import StudyStore
 from barchain.runs.call import Answer, Call
 from barchain.runs.kept_answers import AnswerStore
-from reports.tables.files import StudyFiles
-from reports.tables.schema import KEY, SCHEMA_VERSION
-from reports.tables.table import Table
-from reports.tables.writing import write_atomically
+from reports.results.files import StudyFiles
+from reports.results.schema import KEY, SCHEMA_VERSION
+from reports.results.table import Table
+from reports.results.writing import write_atomically
 from tests.support.results import rows_file
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import re
 import pytest
 
 import barchain
-from barchain.crossval.run import ComparisonResult
-from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
+from barchain.studies.comparison.run import ComparisonResult
+from reports.results.comparison import METRIC_COLUMNS, QUANTITY_UNITS
 from scenarios import effect_types, scene
 from tests.structure.product import PACKAGES, python_files, relative
 from tests.structure.roles import resolves, roles

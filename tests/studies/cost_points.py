@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS, TABLES
+from reports.results.cost import INDEPENDENT, OWN_EQUATIONS, TABLES
 
 if TYPE_CHECKING:
     import pandas as pd

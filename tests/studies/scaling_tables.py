@@ -9,9 +9,9 @@ import pandas as pd
 from barchain.record.study_store import StudyStore
 from barchain.studies.defaults import BARS, FAST
 from barchain.studies.scaling.study import fits_table, targets
-from reports.tables.rows import NOT_RUN
-from reports.tables.scaling import FILES, POINTS
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.results.rows import NOT_RUN
+from reports.results.scaling import FILES, POINTS
+from reports.results.schema import KEY, SCHEMA_VERSION
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -21,7 +21,7 @@ from barchain.studies.timing.statistics import (
     median_time,
     on_front,
 )
-from reports.tables.rows import NotRun
+from reports.results.rows import NotRun
 from scenarios import load_scene
 from tests.studies.cost_points import FLOOR, engine_points, point, table, times_of
 from tests.support.certified_stand_in import certified_stand_in

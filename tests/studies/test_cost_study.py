@@ -23,9 +23,9 @@ from barchain.studies.cost.study import CostRun, columns_of, cost_study, load_ro
 from barchain.studies.study import Reporter, run_study
 from barchain.studies.timing.statistics import fit_order
 from reports.render import render_study
-from reports.tables.cost import FILES, TABLES, read_cost
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN, NotRun
+from reports.results.cost import FILES, TABLES, read_cost
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN, NotRun
 from scenarios import load_scene
 from tests.support.certified_stand_in import certified_stand_in
 from tests.support.results import read_table

@@ -40,7 +40,7 @@ from barchain.studies.effects.timing import (
     timed_span_s,
 )
 from barchain.studies.study import Reporter, run_study
-from reports.tables.effects import FILES, TABLE, EffectKind
+from reports.results.effects import FILES, TABLE, EffectKind
 from scenarios import Gravity, Scene, load_scene
 from tests.support import solutions
 from tests.support.scene_lists import TAME

@@ -23,7 +23,7 @@ from barchain.studies.ensemble.population import populations
 from barchain.studies.ensemble.study import EnsembleStudy, ensemble, ensemble_study
 from barchain.studies.ensemble.variation import VariationError
 from barchain.studies.study import Reporter, run_study
-from reports.tables.ensemble import FILES
+from reports.results.ensemble import FILES
 from tests.support.kernel import needs_kernel
 from tests.support.results import answers_folder, read_record
 

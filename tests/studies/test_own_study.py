@@ -5,7 +5,7 @@ import pytest
 import barchain
 from barchain.record.claim import ResultsInPlaceError
 from barchain.runs.executors import LocalProcesses
-from reports.tables.rows import RowError
+from reports.results.rows import RowError
 from tests.support.results import answers_folder
 
 SCENE = barchain.change_scene(barchain.load_scene("basics/two_bars_free"), {"run": {"duration_s": 50.0, "samples": 3}})

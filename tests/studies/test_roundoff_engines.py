@@ -21,7 +21,7 @@ from barchain.studies.roundoff.study import SWEEPS, tasks_of
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
 from barchain.studies.roundoff.trajectories import ScaledScene, solution_of
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
-from reports.tables.roundoff import FILES
+from reports.results.roundoff import FILES
 from scenarios import load_scene
 
 RATIOS = (1e-3, 1e-5, 1e-7)

@@ -21,7 +21,7 @@ from barchain.studies.roundoff.trajectories import (
     solution_of,
 )
 from barchain.studies.study import Reporter, run_study
-from reports.tables.roundoff import FILES, TABLES
+from reports.results.roundoff import FILES, TABLES
 from scenarios import load_scene
 from tests.support.results import read_record
 

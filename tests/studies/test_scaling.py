@@ -34,9 +34,9 @@ from barchain.studies.study import Reporter, run_study
 from barchain.studies.timing.evaluation import DIRECT, calibrated, divided, evaluation_times, loop_of
 from reports.chapters.scaling import memory_text
 from reports.render import render, render_study
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN
-from reports.tables.scaling import FILES, POINTS
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN
+from reports.results.scaling import FILES, POINTS
 from scenarios import load_scene
 from tests.studies.scaling_tables import MEGABYTE, SCENE, synthetic, write
 from tests.support.faulty_engines import Faulty

@@ -14,11 +14,11 @@ from adapters.exudyn.adapter import Exudyn
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
-from barchain.faults import declarations, equations, events, forces, misprints, output, readings
-from barchain.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIFIED, find
-from barchain.faults.fault import FaultGroup, Size
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.solutions.reference_run import NUMPY
+from barchain.studies.selftest.faults import declarations, equations, events, forces, misprints, output, readings
+from barchain.studies.selftest.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIFIED, find
+from barchain.studies.selftest.faults.fault import FaultGroup, Size
 from barchain.studies.selftest.matrix import (
     CHECKS,
     OCTAVES,
@@ -38,9 +38,9 @@ from reference_impl.model import relative
 from reports.chapters.selftest import CHECKS as SIGNS
 from reports.chapters.selftest import view_selftest
 from reports.render import render_study
-from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, TABLES, FaultOutcome
-from reports.tables.outcome import Outcome
-from reports.tables.rows import spread
+from reports.results.faults.selftest import CAUGHT, FILES, KILLED, TABLES, FaultOutcome
+from reports.results.outcome import Outcome
+from reports.results.rows import spread
 from scenarios import load_scene
 from tests.support.here import result_of
 from tests.support.page_policy import check_policy

@@ -32,8 +32,8 @@ from barchain.studies.stability.study import StabilityStudy, stability_study
 from barchain.studies.study import run_study
 from reports.chapters.stability import view_stability
 from reports.render import render_study
-from reports.tables.outcome import Outcome
-from reports.tables.stability import FILES, TABLES, Stability
+from reports.results.outcome import Outcome
+from reports.results.stability import FILES, TABLES, Stability
 from scenarios import load_scene
 from tests.support import faulty_engines
 from tests.support.page_policy import check_policy

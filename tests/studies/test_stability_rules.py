@@ -15,8 +15,8 @@ from barchain.solutions.reference import with_perturbed_start
 from barchain.studies.stability.evidence import evidence
 from barchain.studies.stability.plan import settings
 from barchain.studies.stability.rules import EngineRuns, finding, law, linear_rate
-from reports.tables.outcome import Outcome
-from reports.tables.stability import TABLES, Stability
+from reports.results.outcome import Outcome
+from reports.results.stability import TABLES, Stability
 from scenarios import load_scene
 from tests.support import faulty_engines, solutions
 from tests.support.slow import one_in, rows

@@ -11,9 +11,9 @@ from barchain.record.study_store import StudyStore
 from barchain.runs.call import Call
 from barchain.runs.cases import Task, run_tasks
 from barchain.studies.study import Reporter, StudyEnd, run_study
-from reports.tables.files import StudyFiles
-from reports.tables.schema import KEY, SCHEMA_VERSION
-from reports.tables.table import Table
+from reports.results.files import StudyFiles
+from reports.results.schema import KEY, SCHEMA_VERSION
+from reports.results.table import Table
 from tests.support.here import HERE
 from tests.support.results import read_record
 

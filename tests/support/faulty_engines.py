@@ -8,8 +8,8 @@ from typing import ClassVar
 from adapters.engine import Engine, EngineError
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from barchain.faults.catalogue import FaultyEngine, find
 from barchain.runs.environment import THREADS
+from barchain.studies.selftest.faults.catalogue import FaultyEngine, find
 
 TRACE = "BARCHAIN_TEST_TRACE"
 UNSOLVABLE = "basics/libration"

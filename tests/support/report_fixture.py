@@ -12,7 +12,7 @@ import pandas as pd
 from adapters.engine import Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.record.scene_description import scene_facts
-from reports.tables.crossval import FILES, METRIC_COLUMNS, QUANTITY_UNITS
+from reports.results.comparison import FILES, METRIC_COLUMNS, QUANTITY_UNITS
 from scenarios import Scene, load_scene
 from tests.support.results import series_folder, write_results
 from tests.support.scene_lists import TAME

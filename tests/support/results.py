@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from reports.tables.files import ANSWERS, RECORDS, SERIES
-from reports.tables.measured import STUDIES
-from reports.tables.rows import FOLDER
-from reports.tables.schema import KEY, SCHEMA_VERSION
-from reports.tables.writing import parquet
+from reports.results.files import ANSWERS, RECORDS, SERIES
+from reports.results.measured import STUDIES
+from reports.results.rows import FOLDER
+from reports.results.schema import KEY, SCHEMA_VERSION
+from reports.results.writing import parquet
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
 
 COMPARISON = "comparison"
 FILES = {files.study: files for files in STUDIES}

@@ -64,13 +64,13 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     from adapters.command.entries import EntryError
     from adapters.engine import EngineError, SettingError
     from adapters.registry import UnknownEngineError
-    from barchain.given.table import TableError
-    from barchain.nightly.faults import HistoryError
+    from barchain.nightly.errors import HistoryError
     from barchain.record.claim import FolderInUseError, ResultsInPlaceError
+    from barchain.result_files.table import TableError
     from barchain.runs.cluster.connection import ClusterError, ClusterLostError
     from barchain.solutions.certified_table import DamagedTableError
-    from reports.tables.reading import DamagedResultsError
-    from reports.tables.schema import SchemaVersionError
+    from reports.results.reading import DamagedResultsError
+    from reports.results.schema import SchemaVersionError
     from scenarios import SceneError
 
     bad_tables = TableError, DamagedTableError, DamagedResultsError, SchemaVersionError

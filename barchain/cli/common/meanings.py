@@ -13,9 +13,9 @@ from barchain.cli.common.exit_codes import MEANINGS
 from barchain.judge.diagnosis.mistake import addressed
 from barchain.judge.diagnosis.readings import READINGS, TIMINGS
 from barchain.judge.diagnosis.starts import STARTS
-from reports.tables.faults.selftest import FaultOutcome
-from reports.tables.outcome import SEVERITY
-from reports.tables.stability import Stability
+from reports.results.faults.selftest import FaultOutcome
+from reports.results.outcome import SEVERITY
+from reports.results.stability import Stability
 from reports.text.glossary import FIELD, TERMS
 from scenarios.channels import STORED
 from scenarios.derived_channels import DERIVED

@@ -66,7 +66,7 @@ def need_writable(file: Path, option: str) -> None:
     UsageError
         If its folder is missing, or the system takes no file there.
     """
-    from reports.tables.writing import NEW, PART, need_ordinary
+    from reports.results.writing import NEW, PART, need_ordinary
 
     if not file.parent.is_dir():
         raise click.UsageError(f"{option} {file}: there is no folder {file.parent}")

@@ -10,10 +10,10 @@ from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
-from barchain.nightly.faults import need_extra
+from barchain.nightly.errors import need_extra
 
 if TYPE_CHECKING:
-    from barchain.nightly.attribute import Attribution
+    from barchain.nightly.attribution.attribute import Attribution
 
 MOST_CHANGES = 10
 scene_option = click.option("--scene-file", "scenes", metavar="FILE", multiple=True, type=WORDS,
@@ -37,13 +37,13 @@ def attribute_night(night: str, names: tuple[str, ...], scenes: tuple[str, ...],
     Exits with 1 if a change is not reproduced.
     """
     need_extra("packaging", "pypi_simple", "uv")
-    from barchain.nightly.attribute import (  # noqa: PLC0415
+    from barchain.nightly.attribution.attribute import (  # noqa: PLC0415
         attribute,
         reasons_against,
         worth_attributing,
     )
-    from barchain.nightly.cells import own_scenes  # noqa: PLC0415
-    from barchain.nightly.judging import change_named, judge  # noqa: PLC0415
+    from barchain.nightly.attribution.trials import own_scenes  # noqa: PLC0415
+    from barchain.nightly.history.judging import change_named, judge  # noqa: PLC0415
 
     own = own_scenes(scenes)
     store = opened(url)
@@ -81,8 +81,8 @@ def bisect_figure(figure: str, good: str, bad: str, part: str | None, scenes: tu
     Both ends are confirmed first; releases and commits that do not run are skipped and named.
     """
     need_extra("packaging", "pypi_simple", "uv")
-    from barchain.nightly.bisection import bisect_nights  # noqa: PLC0415
-    from barchain.nightly.cells import own_scenes  # noqa: PLC0415
+    from barchain.nightly.attribution.bisection import bisect_nights  # noqa: PLC0415
+    from barchain.nightly.attribution.trials import own_scenes  # noqa: PLC0415
 
     own = own_scenes(scenes)
     store = opened(url)

@@ -20,9 +20,9 @@ from barchain.cli.nightly.options import history_option, opened
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from barchain.nightly.changes import Change
-    from barchain.nightly.history import NightStore
-    from barchain.nightly.levels import JudgedNight
+    from barchain.nightly.figures.changes import Change
+    from barchain.nightly.history.levels import JudgedNight
+    from barchain.nightly.history.nights import NightStore
 
 HEADINGS = ("change", "figure", "was", "is", "direction", "since", "suspects", "accepted")
 UNKNOWN_USER = "unknown"
@@ -35,13 +35,14 @@ UNKNOWN_USER = "unknown"
 @json_option
 def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
     """List what NIGHT changed, each with its suspects; default: the latest night."""
-    from barchain.nightly import acceptances, facts, judging  # noqa: PLC0415
+    from barchain.nightly.history import acceptances, judging  # noqa: PLC0415
+    from barchain.nightly.telling import document  # noqa: PLC0415
 
     store = opened(url)
     judged = judging.judge(store, night)
-    tonight, earlier = facts.change_entries(judged, acceptances.accepted(store))
+    tonight, earlier = document.change_entries(judged, acceptances.accepted(store))
     entries = [*tonight, *(earlier if every else ())]
-    found = facts.night_facts(store, judged, store.night(judged.night.name))
+    found = document.night_facts(store, judged, store.night(judged.night.name))
     if as_json:
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
@@ -72,13 +73,14 @@ def accept_change(
     be. In a name * stands for any text: '*:exudyn:*' accepts all figures of an engine, with one entry for each night
     since which they are worse. Entries stand in the file accepted.toml of the history.
     """
-    from barchain.nightly import acceptances, judging, suspects, told  # noqa: PLC0415
+    from barchain.nightly.figures import suspects  # noqa: PLC0415
+    from barchain.nightly.history import acceptances, judging, news  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
     end, now = None if until is None else until.replace(tzinfo=datetime.UTC), datetime.datetime.now(datetime.UTC)
     store = opened(url)
     judged = judging.judge(store, night)
-    told.keep_judgement(store, judged)  # a step keeps the name under which it is accepted
+    news.keep_judgement(store, judged)  # a step keeps the name under which it is accepted
     known = acceptances.accepted(store)
     every = {name: judging.changes_named(judged, name) for name in names}  # a wrong name accepts nothing
     chosen = [change for own in every.values() for change in own]
@@ -105,9 +107,9 @@ def accept_change(
 
 def covered(chosen: Sequence[Change]) -> str:
     """What an acceptance covers: the largest factor, its steps and the first night."""
-    from barchain.nightly.changes import results_words  # noqa: PLC0415
-    from barchain.nightly.sentence import amount  # noqa: PLC0415
-    from reports.tables.nights.facts import ratio_words  # noqa: PLC0415
+    from barchain.nightly.figures.changes import results_words  # noqa: PLC0415
+    from barchain.nightly.telling.sentence import amount  # noqa: PLC0415
+    from reports.results.nights.document import ratio_words  # noqa: PLC0415
 
     largest = max(chosen, key=lambda change: change.factor or 0.0)
     what = ratio_words(largest.factor) if largest.factor else " → ".join(results_words(largest))
@@ -117,8 +119,8 @@ def covered(chosen: Sequence[Change]) -> str:
 
 def left_open(store: NightStore, judged: JudgedNight, names: Collection[str]) -> None:
     """Say which of the accepted figures are still worse than accepted, and how they are accepted whole."""
-    from barchain.nightly import acceptances, standing  # noqa: PLC0415
-    from reports.tables.nights.facts import ratio_words  # noqa: PLC0415
+    from barchain.nightly.history import acceptances, standing  # noqa: PLC0415
+    from reports.results.nights.document import ratio_words  # noqa: PLC0415
 
     lines = []
     for state in standing.standing(judged, acceptances.accepted(store)):
@@ -135,7 +137,7 @@ def left_open(store: NightStore, judged: JudgedNight, names: Collection[str]) ->
 @json_option
 def accepted_changes(url: str | None, as_json: bool) -> None:
     """List what is accepted, as it stands in the file accepted.toml of the history."""
-    from barchain.nightly.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
 
     store = opened(url)
     known = accepted(store)
@@ -154,7 +156,7 @@ def accepted_changes(url: str | None, as_json: bool) -> None:
 @history_option
 def withdraw_acceptance(pattern: str, since: str | None, url: str | None) -> None:
     """Take back the acceptances of PATTERN, as `barchain history accepted` shows it."""
-    from barchain.nightly.acceptances import withdraw  # noqa: PLC0415
+    from barchain.nightly.history.acceptances import withdraw  # noqa: PLC0415
 
     store = opened(url)
     for gone in withdraw(store, pattern, since or ""):

@@ -21,7 +21,7 @@ from barchain.cli.nightly.options import history_option, opened
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.figures import Figure, FigureIdentity, Night, NightSummary
+    from barchain.nightly.figures.figure import Figure, FigureIdentity, Night, NightSummary
 
 MOST_NIGHTS = 1_000_000
 MOST_DAYS = 36_525.0
@@ -47,7 +47,7 @@ def history(ctx: click.Context) -> None:
 @history_option
 def add(folders: tuple[Path, ...], url: str | None) -> None:
     """Add the results in each DIR as a night; a night that is there already stays as it is."""
-    from barchain.nightly.results import read_night  # noqa: PLC0415
+    from barchain.nightly.figures.results import read_night  # noqa: PLC0415
 
     nights = [read_night(folder) for folder in folders]  # all are read before one is added
     store = opened(url, create=True)
@@ -115,7 +115,7 @@ def series(figure: str, url: str | None, as_json: bool) -> None:
 @history_option
 def export(path: Path, url: str | None) -> None:
     """Export all figures of all nights as one table; a baseline to be kept is a copy of a night's folder."""
-    from barchain.nightly.history import export_parquet  # noqa: PLC0415
+    from barchain.nightly.history.nights import export_parquet  # noqa: PLC0415
 
     store = opened(url)
     need_writable(path, "--parquet")
@@ -133,7 +133,7 @@ def export(path: Path, url: str | None) -> None:
 @history_option
 def prune(keep: int | None, days: float | None, url: str | None) -> None:
     """Remove old nights; accepted changes stay, and so do nights that a change for the worse is compared with."""
-    from barchain.nightly.pruning import needed_nights  # noqa: PLC0415
+    from barchain.nightly.history.pruning import needed_nights  # noqa: PLC0415
 
     if keep is None and days is None:
         raise click.UsageError("give --keep-nights N, --older-than DAYS, or both")

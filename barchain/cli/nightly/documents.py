@@ -14,14 +14,14 @@ from barchain.cli.common.numbers import WORDS, NamedPath
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
-from barchain.nightly.faults import need_extra
+from barchain.nightly.errors import need_extra
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.figures import Night
-    from barchain.nightly.history import NightStore
-    from reports.tables.nights.facts import NightlyFile
+    from barchain.nightly.figures.figure import Night
+    from barchain.nightly.history.nights import NightStore
+    from reports.results.nights.document import NightlyFile
 
 WORSE, CHANGED, NOT_PASS, NEVER = "worse", "changed", "not-pass", "never"
 PAGE, JUNIT = "nightly.html", "junit.xml"
@@ -90,8 +90,8 @@ def report_night(
 @history_option
 def tell_night(night: str, link: str | None, url: str | None) -> None:
     """Print NIGHT in a few short lines for mail or a chat: the sentences, the worst figures with suspects, a link."""
-    from barchain.nightly.facts import night_facts  # noqa: PLC0415
-    from barchain.nightly.judging import judge  # noqa: PLC0415
+    from barchain.nightly.history.judging import judge  # noqa: PLC0415
+    from barchain.nightly.telling.document import night_facts  # noqa: PLC0415
     from reports.nightly.summary import message  # noqa: PLC0415
 
     store = opened(url)
@@ -124,7 +124,7 @@ def show_some(lines: Sequence[str], what: str, *, err: bool = False) -> None:
 
 def publish(folder: Path, out: Path) -> None:
     """Copy the documents of a night beside the folders of all nights, where they stand for the latest one."""
-    from reports.tables.writing import write_atomically  # noqa: PLC0415
+    from reports.results.writing import write_atomically  # noqa: PLC0415
 
     for name in DOCUMENTS:
         if (folder / name).is_file():
@@ -145,16 +145,16 @@ def write_documents(
     OSError
         If a file can't be written.
     """
-    from barchain.nightly.acceptances import accepted, holding  # noqa: PLC0415
-    from barchain.nightly.facts import night_facts  # noqa: PLC0415
-    from barchain.nightly.judging import judge, judge_pair  # noqa: PLC0415
-    from barchain.nightly.junit import write_junit  # noqa: PLC0415
-    from barchain.nightly.told import keep_judgement, told_by  # noqa: PLC0415
-    from barchain.nightly.trends import calendar, trend_charts  # noqa: PLC0415
+    from barchain.nightly.history.acceptances import accepted, holding  # noqa: PLC0415
+    from barchain.nightly.history.judging import judge, judge_pair  # noqa: PLC0415
+    from barchain.nightly.history.news import keep_judgement, told_by  # noqa: PLC0415
+    from barchain.nightly.telling.document import night_facts  # noqa: PLC0415
+    from barchain.nightly.telling.junit import write_junit  # noqa: PLC0415
+    from barchain.nightly.telling.trends import calendar, trend_charts  # noqa: PLC0415
     from reports.nightly.page import write_page  # noqa: PLC0415
     from reports.nightly.summary import write_summary  # noqa: PLC0415
-    from reports.tables.nights.facts import FILE  # noqa: PLC0415
-    from reports.tables.writing import write_atomically  # noqa: PLC0415
+    from reports.results.nights.document import FILE  # noqa: PLC0415
+    from reports.results.writing import write_atomically  # noqa: PLC0415
 
     summary, night = store.summary(name), store.night(name)
     before = None if baseline is None else baseline_night(store, baseline)
@@ -188,7 +188,7 @@ def night_pages(out: Path, folders: Sequence[Path], names: Sequence[str]) -> dic
 
 def part_pages(out: Path) -> dict[str, str]:
     """Pages of the parts of a night, by the name of the part, relative to a page in the night's folder."""
-    from barchain.nightly.results import STUDIES  # noqa: PLC0415
+    from barchain.nightly.figures.results import STUDIES  # noqa: PLC0415
 
     names = {page for files in STUDIES for page in files.pages if page.endswith(".html")}
     found = sorted(page for name in names for page in out.glob(f"*/{name}"))
@@ -203,7 +203,7 @@ def baseline_night(store: NightStore, given: str) -> Night:
     HistoryError
         If there is neither.
     """
-    from barchain.nightly.history import open_store  # noqa: PLC0415
+    from barchain.nightly.history.nights import open_store  # noqa: PLC0415
 
     path = Path(given).absolute()
     return open_store(str(path.parent)).night(path.name) if path.is_dir() else store.night(given)

@@ -27,16 +27,16 @@ from barchain.cli.nightly.documents import (
     write_documents,
 )
 from barchain.cli.nightly.options import history_option, opened
-from barchain.nightly.faults import HistoryError, need_extra
-from barchain.nightly.place import VARIABLE
+from barchain.nightly.errors import HistoryError, need_extra
+from barchain.nightly.figures.storage import VARIABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from barchain.nightly.jobs import NightJob
-    from barchain.nightly.night import NightProgress
-    from barchain.nightly.plan import NightPlan
-    from reports.tables.nights.facts import PartResult
+    from barchain.nightly.running.jobs import NightJob
+    from barchain.nightly.running.night import NightProgress
+    from barchain.nightly.running.plan import NightPlan
+    from reports.results.nights.document import PartResult
 
 LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
 
@@ -66,7 +66,7 @@ def nightly(
     planted fault was missed) or incomplete. An interrupted night goes on with the next call.
     """
     need_extra("junitparser")
-    from barchain.nightly.plan import SHIPPED, load_plan  # noqa: PLC0415
+    from barchain.nightly.running.plan import SHIPPED, load_plan  # noqa: PLC0415
 
     plan = load_plan(path)
     if shown:
@@ -82,8 +82,8 @@ def nightly(
 
 def planned(plan: NightPlan, url: str) -> tuple[NightJob, ...]:
     """Jobs of the next night."""
-    from barchain.nightly.history import last_run  # noqa: PLC0415
-    from barchain.nightly.night import next_jobs  # noqa: PLC0415
+    from barchain.nightly.history.nights import last_run  # noqa: PLC0415
+    from barchain.nightly.running.night import next_jobs  # noqa: PLC0415
 
     store = opened(url, create=True)
     return next_jobs(plan, last_run(store, plan.identity))
@@ -94,10 +94,10 @@ def run_and_tell(
     *, need_history: bool = False,
 ) -> None:  # fmt: skip
     """Run the night, write its documents, and end with the exit code of what it found."""
-    from barchain.nightly.budget import process_age_s  # noqa: PLC0415
-    from barchain.nightly.fold import folded_night  # noqa: PLC0415
-    from barchain.nightly.night import run_night  # noqa: PLC0415
-    from barchain.nightly.pruning import prune_runs  # noqa: PLC0415
+    from barchain.nightly.history.fold import folded_night  # noqa: PLC0415
+    from barchain.nightly.history.pruning import prune_runs  # noqa: PLC0415
+    from barchain.nightly.running.budget import process_age_s  # noqa: PLC0415
+    from barchain.nightly.running.night import run_night  # noqa: PLC0415
 
     begun = time.monotonic() - process_age_s()
     if junit is not None:
@@ -140,7 +140,7 @@ def kept_without_documents(name: str) -> Iterator[None]:
 def shown_progress() -> Iterator[NightProgress]:
     """Progress of a night: a bar for the job on a terminal, a line for each job elsewhere."""
     from barchain.cli.common.progress import error_console, quiet  # noqa: PLC0415
-    from barchain.nightly.night import NightProgress  # noqa: PLC0415
+    from barchain.nightly.running.night import NightProgress  # noqa: PLC0415
 
     console = error_console()
     if quiet():

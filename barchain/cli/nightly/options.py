@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.numbers import WORDS
-from barchain.nightly.faults import need_extra
-from barchain.nightly.place import default_url
+from barchain.nightly.errors import need_extra
+from barchain.nightly.figures.storage import default_url
 
 if TYPE_CHECKING:
-    from barchain.nightly.history import NightStore
+    from barchain.nightly.history.nights import NightStore
 
 history_option = click.option(
     "--history",
@@ -32,6 +32,6 @@ def opened(url: str | None, *, create: bool = False) -> NightStore:
         If it can't be opened, or a package is missing.
     """
     need_extra()
-    from barchain.nightly.history import open_store  # noqa: PLC0415
+    from barchain.nightly.history.nights import open_store  # noqa: PLC0415
 
     return open_store(url or default_url(), create=create)

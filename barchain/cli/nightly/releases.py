@@ -9,7 +9,7 @@ import click
 from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.options import OWN_PAGE, out_option, overwrite_option, resume_option
 from barchain.cli.common.result_folder import end_study, run_shown
-from barchain.nightly.faults import need_extra
+from barchain.nightly.errors import need_extra
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,7 +30,7 @@ def releases(engine: str, scenes: tuple[str, ...], since: str | None, out: Path,
     time. Exits with 1 if no release runs.
     """
     need_extra("packaging", "pypi_simple", "uv")
-    from barchain.nightly.release_runs import releases_study  # noqa: PLC0415
+    from barchain.nightly.attribution.release_runs import releases_study  # noqa: PLC0415
 
     result, rendered = run_shown(out, releases_study(engine, scenes, since), {"resume": resume, "overwrite": overwrite})
     end_study(result, rendered.page)

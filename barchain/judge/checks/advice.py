@@ -19,7 +19,7 @@ from barchain.judge.checks.restart import restarted_between
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.written import Undeclared
 from barchain.solutions.reference import SOLUTION_RTOL
-from reports.tables.crossval import PARTED_RAD
+from reports.results.comparison import PARTED_RAD
 
 if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution

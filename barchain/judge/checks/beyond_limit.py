@@ -24,8 +24,8 @@ from barchain.metrics.model_difference import stretched_inertia_kg_m2
 from barchain.metrics.quantities import FIELDS, differences
 from barchain.solutions.at_times import restarted_run
 from reference_impl.model.invariants import relative_kinetic_energy
-from reports.tables.crossval import PARTED_RAD
-from reports.tables.outcome import Outcome
+from reports.results.comparison import PARTED_RAD
+from reports.results.outcome import Outcome
 from scenarios import Gravity
 
 if TYPE_CHECKING:

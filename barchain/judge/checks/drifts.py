@@ -19,8 +19,8 @@ from barchain.judge.scales import MACHINE_EPSILON, MAX_NOISE_SHARE, NORM_SLACK, 
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import conserved
 from barchain.solutions.reference import RICHARDSON
-from reports.tables.crossval import ROUNDING
-from reports.tables.outcome import Outcome
+from reports.results.comparison import ROUNDING
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -18,8 +18,8 @@ import numpy as np
 from barchain.judge.residuals import FINER_NOISE, HALVED_STEP_NOISE, worst
 from barchain.judge.scales import NORM_SLACK
 from barchain.judge.verdict import CheckFinding
-from reports.tables.crossval import ROUNDING
-from reports.tables.outcome import Outcome
+from reports.results.comparison import ROUNDING
+from reports.results.outcome import Outcome
 from scenarios.channels import UNITS
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from barchain.judge.residuals import other_end
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import FIELDS
 from barchain.runs.trajectory_checks import TIME_SLACK
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory

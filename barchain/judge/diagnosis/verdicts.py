@@ -13,7 +13,7 @@ from barchain.judge.diagnosis.mistake import explained_words
 from barchain.judge.diagnosis.own_motion import MOST_SAMPLES
 from barchain.metrics.quantities import FIELDS, TRACK
 from barchain.solutions.at_times import solution_at
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory

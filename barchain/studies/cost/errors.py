@@ -19,7 +19,7 @@ from barchain.metrics.quantities import differences, slowest_rate
 from barchain.solutions.certified import MARGIN
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import invariants
-from reports.tables.crossval import PARTED_RAD
+from reports.results.comparison import PARTED_RAD
 from scenarios import Gravity
 from scenarios.channels import CHANNELS
 

@@ -25,9 +25,9 @@ from barchain.studies.timing.statistics import (
     parts,
     price_of_a_digit,
 )
-from reports.tables.cost import BASELINE, INTERRUPTED, TABLES
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN, NotRun
+from reports.results.cost import BASELINE, INTERRUPTED, TABLES
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN, NotRun
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

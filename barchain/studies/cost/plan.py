@@ -13,16 +13,16 @@ from barchain.runs.asking import declarations_of
 from barchain.runs.job import Job, Role
 from barchain.runs.left_out import LeftOut, cannot
 from barchain.studies.cost.errors import MEASURED
-from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NotRun
+from reports.results.cost import INDEPENDENT, OWN_EQUATIONS
+from reports.results.outcome import Outcome
+from reports.results.rows import NotRun
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from adapters.engine import AccuracySweep, Setting
     from adapters.registry import Registration
-    from reports.tables.rows import Row
+    from reports.results.rows import Row
     from scenarios import Scene
 
 SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
@@ -38,7 +38,7 @@ PointName = tuple[str, str, str]
 
 
 def kind_of(registration: Registration) -> str:
-    """Kind of an engine: one of :data:`reports.tables.cost.KINDS`."""
+    """Kind of an engine: one of :data:`reports.results.cost.KINDS`."""
     return INDEPENDENT if registration.external else OWN_EQUATIONS
 
 

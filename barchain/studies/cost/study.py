@@ -48,9 +48,9 @@ from barchain.studies.defaults import COST
 from barchain.studies.study import StudyEnd
 from barchain.studies.timing.bench import LONG_S, OtherLoad, TimingBench
 from barchain.studies.timing.statistics import interval, median_time
-from reports.tables.cost import FILES, TABLES
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NotRun
+from reports.results.cost import FILES, TABLES
+from reports.results.outcome import Outcome
+from reports.results.rows import NotRun
 from scenarios import Scene, load_scene, scene_names
 
 if TYPE_CHECKING:
@@ -68,8 +68,8 @@ if TYPE_CHECKING:
     from barchain.studies.cost.errors import BoundedSolution
     from barchain.studies.cost.plan import PointName
     from barchain.studies.study import Reporter
-    from reports.tables.files import StudyFiles
-    from reports.tables.rows import Row
+    from reports.results.files import StudyFiles
+    from reports.results.rows import Row
 
 DEFAULT_SCENES = "paper/"
 FEWEST_TURNS = 3  # even after the budget: a median with its range, which nights need

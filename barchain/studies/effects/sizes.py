@@ -39,7 +39,7 @@ from reference_impl.model.effect import EffectAccelerations, EffectState, total_
 from reference_impl.model.gravity import complex_field_differences
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import external_accelerations
-from reports.tables.effects import CHANGED, EffectKind
+from reports.results.effects import CHANGED, EffectKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -32,10 +32,10 @@ from barchain.studies.effects.timing import (
     timed_span_s,
 )
 from barchain.studies.study import StudyEnd
-from reports.tables.crossval import PARTED_RAD
-from reports.tables.effects import CHANGED, FILES
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN
+from reports.results.comparison import PARTED_RAD
+from reports.results.effects import CHANGED, FILES
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from barchain.runs.executors import Executor
     from barchain.runs.job import RunResult
     from barchain.studies.study import Reporter
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
     from scenarios import Scene
 
 

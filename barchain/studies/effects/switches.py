@@ -17,7 +17,7 @@ from barchain.studies.effects.atmosphere import (
     expected_heights,
     layer_at,
 )
-from reports.tables.effects import EffectKind
+from reports.results.effects import EffectKind
 from scenarios import Drag, Effects, Gravity, Oblateness, SolarPressure
 from scenarios.toml.checks import SLENDER_SLACK
 from scenarios.toml.effect_tables import EARTH_J2, SUNLIGHT_PA, DragTable, SolarPressureTable, ThirdBodyTable

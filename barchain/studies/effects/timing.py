@@ -21,7 +21,7 @@ from barchain.runs.message import message_bytes, read_message
 from barchain.studies.timing.bench import TimingBench, pin
 from barchain.studies.timing.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.studies.timing.statistics import median_time
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -29,7 +29,7 @@ from barchain.studies.ensemble.chunks import (
 )
 from barchain.studies.ensemble.population import Ensemble, check_effects, populations
 from barchain.studies.ensemble.variation import VariationError, parse
-from reports.tables.ensemble import FILES, add_rows
+from reports.results.ensemble import FILES, add_rows
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from barchain.runs.executors import Executor
     from barchain.studies.ensemble.chunks import ChunkFiles, RunColumns
     from barchain.studies.study import Reporter
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 RTOL = 1e-8

@@ -23,7 +23,7 @@ from barchain.studies.roundoff.evaluation import SHARES, quantiles
 from barchain.studies.roundoff.formulations import EQUATOR_M
 from barchain.studies.roundoff.trajectories import MARGIN, judged
 from reference_impl.precision.coordinates import ChainObservables
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.engine import Declarations

@@ -15,7 +15,7 @@ from barchain.studies.roundoff.third_parties import FALLS, THIRD_PARTIES
 from barchain.studies.roundoff.trajectories import GROWS_FROM
 from barchain.studies.timing.statistics import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT, slope, straight_run
 from reference_impl.precision.arithmetic import ARITHMETICS
-from reports.tables.roundoff import RUN, TABLES
+from reports.results.roundoff import RUN, TABLES
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -31,8 +31,8 @@ from barchain.studies.roundoff.trajectories import (
 )
 from barchain.studies.study import StudyEnd
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
-from reports.tables.outcome import Outcome
-from reports.tables.roundoff import FILES, TABLES
+from reports.results.outcome import Outcome
+from reports.results.roundoff import FILES, TABLES
 from scenarios import load_scene
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from barchain.runs.executors import Executor
     from barchain.studies.roundoff.trajectories import HighPrecisionSolution
     from barchain.studies.study import Reporter
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
 
     Rows = list[dict[str, Any]]
 

@@ -20,14 +20,14 @@ from barchain.runs.tasks import PoolGroup, pool_group
 from barchain.studies.timing.bench import LEAST_S, LONG_S, MOST_RUNS, STARTUP_S, pin, turn, warmed
 from barchain.studies.timing.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.studies.timing.statistics import median_time
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.runs.call import Answer
     from barchain.runs.cases import Case
     from barchain.studies.timing.bench import TimingBench
-    from reports.tables.rows import Row
+    from reports.results.rows import Row
 
 BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
 LONG_TURNS = 3  # of runs over LONG_S, the first one counted

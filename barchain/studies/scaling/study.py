@@ -32,9 +32,9 @@ from barchain.studies.study import StudyEnd
 from barchain.studies.timing.bench import OtherLoad, TimingBench
 from barchain.studies.timing.evaluation import DIRECT, divided
 from barchain.studies.timing.statistics import FEWEST, Interval, slope
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN
-from reports.tables.scaling import EXPONENTS, FILES, POINTS
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN
+from reports.results.scaling import EXPONENTS, FILES, POINTS
 from scenarios import load_scene
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from barchain.runs.cases import Case
     from barchain.runs.executors import Executor
     from barchain.studies.study import Reporter
-    from reports.tables.files import StudyFiles
-    from reports.tables.rows import Row
+    from reports.results.files import StudyFiles
+    from reports.results.rows import Row
     from scenarios import Scene
 
 WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from adapters.registry import find_engine
-from barchain.faults.catalogue import RANDOM_SCENES, find
 from barchain.runs.asking import declarations_of
 from barchain.runs.cases import Known, Shared, run_cases
 from barchain.runs.choices import chosen_engines
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import TIME_LIMIT_S
 from barchain.solutions.reference import closely_sampled
+from barchain.studies.selftest.faults.catalogue import RANDOM_SCENES, find
 from barchain.studies.selftest.rating import CampaignCell, passed, rated, rates
 from barchain.studies.selftest.scenes import draw
 from barchain.studies.selftest.shrinking import kept_findings, kinds
 from barchain.studies.selftest.trial import SceneRuns, Trial
-from reports.tables.crossval import JUDGING_SOLUTION
-from reports.tables.faults.campaign import ALL, FILES, SCENES, CellClass
-from reports.tables.outcome import Outcome
+from reports.results.comparison import JUDGING_SOLUTION
+from reports.results.faults.campaign import ALL, FILES, SCENES, CellClass
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.shrinking import KeptFinding
     from barchain.studies.study import Reporter
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
     from scenarios import Scene
 
 HOSTS = ("reference", "exudyn", "exudyn-tree", "pymunk")

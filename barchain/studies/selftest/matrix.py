@@ -15,8 +15,6 @@ import numpy as np
 from adapters.common.initial_state import chain_model
 from adapters.engine import EngineError
 from adapters.registry import find_own_engine
-from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, UNMODIFIED, find
-from barchain.faults.fault import FaultGroup
 from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS
 from barchain.judge.verdict import Verdict
 from barchain.record.scene_description import scene_words
@@ -25,27 +23,29 @@ from barchain.runs.cases import run_cases
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Role
 from barchain.solutions.reference_run import NUMPY
+from barchain.studies.selftest.faults.catalogue import CONTROLS, FIXED_SCENES, UNMODIFIED, find
+from barchain.studies.selftest.faults.fault import FaultGroup
 from barchain.studies.selftest.scenes import STAGES, find_scene
 from barchain.studies.selftest.trial import SceneRuns, Trial, judged
 from reference_impl.model import relative
 from reference_impl.model.kinematics import consistent_state
-from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome
-from reports.tables.outcome import Outcome
+from reports.results.faults.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from adapters.trajectory import Array
-    from barchain.faults.fault import Fault, Size
     from barchain.judge.verdict import Row
     from barchain.record.study_store import StudyStore
     from barchain.runs.call import CallFailedError
     from barchain.runs.cases import Case
     from barchain.runs.executors import Executor
     from barchain.solutions.reference import ReferenceSolution
+    from barchain.studies.selftest.faults.fault import Fault, Size
     from barchain.studies.selftest.trial import TrialRuns
     from barchain.studies.study import Reporter
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
     from scenarios import Scene
 
     Reading = dict[str, Any]

@@ -15,8 +15,8 @@ from barchain.judge.verdict import Verdict
 from barchain.metrics.quantities import differences
 from barchain.runs.call import CallLateError
 from barchain.studies.selftest.trial import FIRST, judged
-from reports.tables.faults.campaign import ALL, CellClass
-from reports.tables.outcome import Outcome
+from reports.results.faults.campaign import ALL, CellClass
+from reports.results.outcome import Outcome
 from scenarios.channels import DRIFTING
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ import numpy as np
 
 from barchain.runs.cases import Runner, Running
 from barchain.studies.selftest.scenes import draw
-from reports.tables.writing import write_atomically
+from reports.results.writing import write_atomically
 from scenarios import Gravity, SceneError, parse_scene
 from scenarios.toml.writing import TABLES, scene_data, scene_toml, toml
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
-from barchain.faults.catalogue import FaultRegistration, fault_registration, find
 from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.runs.asking import declarations_of
@@ -19,6 +18,7 @@ from barchain.runs.job import TIME_LIMIT_S, Job, Role, TimeLimit
 from barchain.runs.run import checked_result
 from barchain.runs.tasks import PoolGroup, limit_of, run_task
 from barchain.solutions.judging import SolutionFailedError, solution_case
+from barchain.studies.selftest.faults.catalogue import FaultRegistration, fault_registration, find
 from barchain.studies.verdict_tasks import verdict_task
 
 if TYPE_CHECKING:
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from adapters.engine import Declarations, Setting
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
-    from barchain.faults.fault import Fault
     from barchain.judge.verdict import Verdict
     from barchain.runs.call import CallFailedError
     from barchain.runs.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
+    from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene
 
 FIRST = (Role.MAIN, Role.FINER)

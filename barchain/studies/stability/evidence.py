@@ -14,8 +14,8 @@ from barchain.runs.job import Role
 from barchain.studies.stability.rules import LEVEL_WORDS, OTHER, attitude_error, growth_excess, law
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.joints import condition_number, joint_matrix
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from adapters.engine import Setting

@@ -11,9 +11,9 @@ from adapters.common.equal_steps import finer_setting, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.runs.job import Job, Role
-from reports.tables.reading import brief, damaged
-from reports.tables.stability import Stability
-from reports.tables.writing import write_atomically
+from reports.results.reading import brief, damaged
+from reports.results.stability import Stability
+from reports.results.writing import write_atomically
 from scenarios import load_scene, scene_names
 from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError

@@ -23,9 +23,9 @@ from barchain.metrics.quantities import differences, drifts
 from barchain.runs.job import Role
 from barchain.solutions.reference import PERTURBATION_RAD, RICHARDSON, divergence_instant_s
 from barchain.studies.timing.statistics import slope
-from reports.tables.crossval import PARTED_RAD
-from reports.tables.outcome import Outcome
-from reports.tables.stability import Stability
+from reports.results.comparison import PARTED_RAD
+from reports.results.outcome import Outcome
+from reports.results.stability import Stability
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -45,9 +45,9 @@ from barchain.studies.stability.rules import (
     finding,
     linear_rate,
 )
-from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN
-from reports.tables.stability import FILES, Stability
+from reports.results.outcome import Outcome
+from reports.results.rows import NOT_RUN
+from reports.results.stability import FILES, Stability
 from scenarios import load_scene
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
     from barchain.runs.executors import Executor
     from barchain.studies.study import Reporter
-    from reports.tables.files import StudyFiles
+    from reports.results.files import StudyFiles
     from scenarios import Scene
 
 REFERENCES = ("reference", "reference-fast")

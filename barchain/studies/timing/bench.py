@@ -26,7 +26,7 @@ from barchain.runs.cases import Task
 from barchain.runs.job import Job, RunResult, TimeLimit, failure
 from barchain.runs.run import message_of, outside_call, outside_result, ran, run_job, shared_result
 from barchain.runs.tasks import PoolGroup, pool_group
-from reports.tables.outcome import Outcome
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable

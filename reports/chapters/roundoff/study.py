@@ -12,7 +12,7 @@ from reports.text.numerals import prefixed, short, typed, typographic
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.tables.files import StudyTables
+    from reports.results.files import StudyTables
 
 USUAL: dict[str, Any] = {
     "arithmetic": "float64", "state": "generic", "bars": 5, "source": "both", "yardstick": "reaction",

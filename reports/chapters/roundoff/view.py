@@ -16,8 +16,8 @@ from reports.chapters.roundoff.charts import (
 )
 from reports.chapters.roundoff.study import METHODS, QUANTITIES, USUAL, Roundoff, rows_of, spelled
 from reports.plotting.errors import LOST
-from reports.tables.roundoff import EVALUATION, FILES
-from reports.tables.rows import plain
+from reports.results.roundoff import EVALUATION, FILES
+from reports.results.rows import plain
 from reports.text.numerals import as_given, span_text
 from reports.text.record import is_complete
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from reports.tables.rows import Row
+    from reports.results.rows import Row
 
 STATES = ("generic", "80°", "fast spin", "unequal masses", "horizontal")
 DIGIT_COLUMNS: dict[str, dict[str, str]] = {

@@ -5,17 +5,17 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING
 
-from barchain.nightly.attribute import reasons_against, worth_attributing
-from barchain.nightly.figures import NightPart
-from barchain.nightly.history import open_store
-from barchain.nightly.judging import judge
+from barchain.nightly.attribution.attribute import reasons_against, worth_attributing
+from barchain.nightly.figures.figure import NightPart
+from barchain.nightly.history.judging import judge
+from barchain.nightly.history.nights import open_store
 from tests.nightly.history.synthetic import PARTS, error, night
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.figures import Figure
-    from barchain.nightly.levels import JudgedNight
+    from barchain.nightly.figures.figure import Figure
+    from barchain.nightly.history.levels import JudgedNight
 
 NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
 SAME_VERSION = (dataclasses.replace(PARTS[0], digest="edited"), *PARTS[1:])

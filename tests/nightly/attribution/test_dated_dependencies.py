@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from barchain.nightly import environments as dated
-from barchain.nightly import release_runs as measuring
-from barchain.nightly.environments import PinnedEnvironment, dependencies_at
-from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.attribution import environments as dated
+from barchain.nightly.attribution import release_runs as measuring
+from barchain.nightly.attribution.environments import PinnedEnvironment, dependencies_at
+from barchain.nightly.errors import PinnedEnvironmentError
 from barchain.runs.processes import Finished
 
 STUDY: Any = SimpleNamespace(distribution="pin", engine="pinocchio")

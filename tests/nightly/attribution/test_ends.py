@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from barchain.nightly.attribute import as_on_the_night
-from barchain.nightly.figures import Figure, FigureKind
+from barchain.nightly.attribution.attribute import as_on_the_night
+from barchain.nightly.figures.figure import Figure, FigureKind
 from tests.nightly.history.synthetic import NAMES, bits, error, identity, verdict
 
 MISSING = Figure(identity("verdict", FigureKind.VERDICT), reason="does not import", depends=NAMES)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly import environments as making
-from barchain.nightly.environments import (
+from barchain.nightly.attribution import environments as making
+from barchain.nightly.attribution.environments import (
     brief,
     commit_tree,
     constraints,
@@ -19,7 +19,7 @@ from barchain.nightly.environments import (
     requirements,
     run_in,
 )
-from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.errors import PinnedEnvironmentError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -128,7 +128,7 @@ def test_an_older_release_runs_todays_barchain_and_a_version_that_does_not_exist
 def test_a_command_that_does_not_end_is_killed(tmp_path: Path) -> None:
     import sys
 
-    from barchain.nightly.environments import PinnedEnvironment
+    from barchain.nightly.attribution.environments import PinnedEnvironment
 
     here = PinnedEnvironment(tmp_path, ())
     (tmp_path / "bin").mkdir()

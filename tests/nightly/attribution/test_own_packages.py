@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly import environments, origins, releases
-from barchain.nightly.attribute import attribute, reasons_against, worth_attributing
-from barchain.nightly.bisection import bisect_nights
-from barchain.nightly.cells import own_scenes
-from barchain.nightly.figures import Figure, NightPart
-from barchain.nightly.history import open_store
-from barchain.nightly.judging import judge
-from barchain.nightly.origins import installed_state, requirement_of, state_words, states_between
-from barchain.nightly.results import read_figures_of
+from barchain.nightly.attribution import environments, releases
+from barchain.nightly.attribution.attribute import attribute, reasons_against, worth_attributing
+from barchain.nightly.attribution.bisection import bisect_nights
+from barchain.nightly.attribution.trials import own_scenes
+from barchain.nightly.figures.figure import Figure, NightPart, origins
+from barchain.nightly.figures.origins import installed_state, requirement_of, state_words, states_between
+from barchain.nightly.figures.results import read_figures_of
+from barchain.nightly.history.judging import judge
+from barchain.nightly.history.nights import open_store
 from tests.nightly.history.synthetic import night
 
 if TYPE_CHECKING:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from packaging.version import Version
 
-from barchain.nightly import release_runs as study
-from barchain.nightly import releases as index
-from barchain.nightly.faults import PinnedEnvironmentError
-from barchain.nightly.release_runs import engine_and_distribution, releases_study
-from barchain.nightly.releases import Release, releases_of
+from barchain.nightly.attribution import release_runs as study
+from barchain.nightly.attribution import releases as index
+from barchain.nightly.attribution.release_runs import engine_and_distribution, releases_study
+from barchain.nightly.attribution.releases import Release, releases_of
+from barchain.nightly.errors import PinnedEnvironmentError
 from barchain.studies.study import run_study
 from reports.render import render_study
-from reports.tables.nights.releases import FILES
+from reports.results.nights.releases import FILES
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from barchain.nightly.bisection import EndsError, bisect, find_causes, minimal
-from barchain.nightly.told import AttributionVerdict
+from barchain.nightly.attribution.bisection import EndsError, bisect, find_causes, minimal
+from barchain.nightly.history.news import AttributionVerdict
 
 A, B = frozenset("a"), frozenset("b")
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.advance import advance
-from barchain.nightly.figures import STEPPED
-from barchain.nightly.levels import FoldedNight, JudgedNight, LevelTable
-from barchain.nightly.steps import time_changes
-from barchain.nightly.table import figures_content, read_numbers
+from barchain.nightly.figures.figure import STEPPED
+from barchain.nightly.figures.steps import time_changes
+from barchain.nightly.figures.table import figures_content, read_numbers
+from barchain.nightly.history.advance import advance
+from barchain.nightly.history.levels import FoldedNight, JudgedNight, LevelTable
 from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, night
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.changes import Change
-    from barchain.nightly.figures import Environment, Figure, Night, NightPart, NightSummary
-    from barchain.nightly.table import NumberSeries
+    from barchain.nightly.figures.changes import Change
+    from barchain.nightly.figures.figure import Environment, Figure, Night, NightPart, NightSummary
+    from barchain.nightly.figures.table import NumberSeries
 
 MADE: dict[str, Night] = {}
 """Nights made here, by name"""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from barchain.nightly.rank_test import autocorrelations
-from barchain.nightly.steps import FALSE_ALARMS, Step, alike, common_threshold, find_steps
+from barchain.nightly.figures.rank_test import autocorrelations
+from barchain.nightly.figures.steps import FALSE_ALARMS, Step, alike, common_threshold, find_steps
 
 Array = NDArray[np.float64]
 

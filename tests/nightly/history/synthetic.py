@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from barchain.nightly.figures import (
+from barchain.nightly.figures.figure import (
     WORDED,
     Environment,
     Figure,

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.acceptances import FILE, accept, acceptances_of, accepted, accepting
-from barchain.nightly.changes import Direction
-from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import FigureError
-from barchain.nightly.history import NightStore, open_store
-from barchain.nightly.judging import change_named, changes_named, judge
-from barchain.nightly.place import VARIABLE
-from barchain.nightly.standing import every_change
+from barchain.nightly.errors import HistoryError
+from barchain.nightly.figures.changes import Direction
+from barchain.nightly.figures.figure import FigureError
+from barchain.nightly.figures.storage import VARIABLE
+from barchain.nightly.history.acceptances import FILE, accept, acceptances_of, accepted, accepting
+from barchain.nightly.history.judging import change_named, changes_named, judge
+from barchain.nightly.history.nights import NightStore, open_store
+from barchain.nightly.history.standing import every_change
 from tests.nightly.history.histories import history_of, news_of
 from tests.nightly.history.synthetic import bits, count, error, night, verdict
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from barchain.nightly.acceptances import Acceptance
-    from barchain.nightly.changes import Change
-    from barchain.nightly.levels import JudgedNight
+    from barchain.nightly.figures.changes import Change
+    from barchain.nightly.history.acceptances import Acceptance
+    from barchain.nightly.history.levels import JudgedNight
 
 AT = datetime.datetime(2026, 6, 1, tzinfo=datetime.UTC)
 

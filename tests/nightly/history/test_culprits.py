@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.nightly.changes import Direction
-from barchain.nightly.facts import change_entries
-from barchain.nightly.figures import Figure, FigureKind, NightPart
-from barchain.nightly.standing import every_change
-from barchain.nightly.suspects import suspects_of, unknown_parts
+from barchain.nightly.figures.changes import Direction
+from barchain.nightly.figures.figure import Figure, FigureKind, NightPart
+from barchain.nightly.figures.suspects import suspects_of, unknown_parts
+from barchain.nightly.history.standing import every_change
+from barchain.nightly.telling.document import change_entries
 from tests.nightly.history.histories import history_of, judged_last
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import ENVIRONMENT, identity
@@ -23,7 +23,7 @@ from tests.support.slow import one_in
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.levels import JudgedNight
+    from barchain.nightly.history.levels import JudgedNight
 
 ENGINES = ("mujoco", "exudyn", "rebound")
 SCENES = ("paper/fig05", "paper/fig13")

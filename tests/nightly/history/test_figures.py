@@ -7,7 +7,7 @@ import math
 import pytest
 from hypothesis import given
 
-from barchain.nightly.figures import Figure, FigureError, Night, NightPart
+from barchain.nightly.figures.figure import Figure, FigureError, Night, NightPart
 from tests.nightly.history.synthetic import (
     ENVIRONMENT,
     bits,

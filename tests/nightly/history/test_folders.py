@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import FigureKind
-from barchain.nightly.parts import installation_here
-from barchain.nightly.results import night_here, read_night
-from barchain.nightly.standing import every_change
-from reports.tables.reading import DamagedResultsError
+from barchain.nightly.errors import HistoryError
+from barchain.nightly.figures.dependencies import installation_here
+from barchain.nightly.figures.figure import FigureKind
+from barchain.nightly.figures.results import night_here, read_night
+from barchain.nightly.history.standing import every_change
+from reports.results.reading import DamagedResultsError
 from tests.nightly.history.histories import judged_last, summaries
 from tests.nightly.history.synthetic import FIRST
 from tests.storage.small_plans import SMALL
@@ -23,7 +23,7 @@ from tests.support.slow import exhaustive_but
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.figures import Figure, Night
+    from barchain.nightly.figures.figure import Figure, Night
 
 KINDS = {
     "comparison": {FigureKind.BITS, FigureKind.COUNT, FigureKind.ERROR, FigureKind.VALUE, FigureKind.VERDICT},
@@ -104,7 +104,7 @@ def test_a_night_of_this_installation_knows_the_digests_of_its_parts(compared: P
 def test_the_digest_of_a_trajectory_does_not_depend_on_its_file(compared: Path) -> None:
     import pandas as pd
 
-    from reports.tables.rows import frame_digest
+    from reports.results.rows import frame_digest
 
     path = series_folder(compared) / "trajectories/basics/two_bars_free/rebound.parquet"
     frame = pd.read_parquet(path)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.history import open_store
-from barchain.nightly.place import VARIABLE, default_url
+from barchain.nightly.figures.storage import VARIABLE, default_url
+from barchain.nightly.history.nights import open_store
 from tests.nightly.history.synthetic import error, night, ratio, verdict
 
 if TYPE_CHECKING:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.changes import PATIENCE, Direction
-from barchain.nightly.figures import Figure, FigureKind, NightPart
-from barchain.nightly.results import figures_of
-from barchain.nightly.suspects import suspects_of
-from reports.tables.cost import BUSY, FILES, FOLLOWED
-from reports.tables.reading import TABLES
-from reports.tables.rows import NOT_RUN, NotRun
+from barchain.nightly.figures.changes import PATIENCE, Direction
+from barchain.nightly.figures.figure import Figure, FigureKind, NightPart
+from barchain.nightly.figures.results import figures_of
+from barchain.nightly.figures.suspects import suspects_of
+from reports.results.cost import BUSY, FILES, FOLLOWED
+from reports.results.reading import TABLES
+from reports.results.rows import NOT_RUN, NotRun
 from tests.nightly.history.histories import history_of, judged_last, news_of
 from tests.nightly.history.synthetic import NAMES, PARTS, count, identity, verdict
 from tests.support.results import write_results

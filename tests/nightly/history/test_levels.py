@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.nightly.acceptances import accept, accepted
-from barchain.nightly.changes import ROUNDING_LEVEL, Direction
-from barchain.nightly.fold import FILE, content_of, folded_night, folded_of, read_levels
-from barchain.nightly.judging import changes_named, judge
-from barchain.nightly.pruning import needed_nights
-from barchain.nightly.standing import standing
-from barchain.nightly.told import keep_judgement
+from barchain.nightly.figures.changes import ROUNDING_LEVEL, Direction
+from barchain.nightly.history.acceptances import accept, accepted
+from barchain.nightly.history.fold import FILE, content_of, folded_night, folded_of, read_levels
+from barchain.nightly.history.judging import changes_named, judge
+from barchain.nightly.history.news import keep_judgement
+from barchain.nightly.history.pruning import needed_nights
+from barchain.nightly.history.standing import standing
 from tests.nightly.history.synthetic import ENVIRONMENT, bits, count, error, night, ratio, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history import NightStore
-    from barchain.nightly.levels import JudgedNight
+    from barchain.nightly.history.levels import JudgedNight
+    from barchain.nightly.history.nights import NightStore
 
 GOOD = 1e-5
 NAME = error().identity.name

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from barchain.nightly.changes import SCALES
-from barchain.nightly.figures import Figure, FigureKind
-from barchain.nightly.results import figures_of, merged, preferred
-from reports.tables.crossval import FOLLOWED
-from reports.tables.rows import Rows
+from barchain.nightly.figures.changes import SCALES
+from barchain.nightly.figures.figure import Figure, FigureKind
+from barchain.nightly.figures.results import figures_of, merged, preferred
+from reports.results.comparison import FOLLOWED
+from reports.results.rows import Rows
 from tests.nightly.history.synthetic import bits, count, error, identity, ratio, verdict
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adapters.registry import ENGINES, UnknownEngineError
-from barchain.nightly.figures import MACHINE, FigureKind
-from barchain.nightly.parts import (
+from barchain.nightly.figures.dependencies import (
     DECIDING,
     capture,
     depends_on,
@@ -19,13 +18,14 @@ from barchain.nightly.parts import (
     recorded_environment,
     variables_part,
 )
+from barchain.nightly.figures.figure import MACHINE, FigureKind
 from barchain.record.environment import environment, machine
 from barchain.record.sources import contents_digest, installed_commit, made_by_wheel
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.figures import NightPart
+    from barchain.nightly.figures.figure import NightPart
 
 
 def named(*engines: str) -> dict[str, NightPart]:

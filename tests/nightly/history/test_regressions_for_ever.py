@@ -10,22 +10,22 @@ import pytest
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.nightly.documents import exit_code
-from barchain.nightly.acceptances import accept
-from barchain.nightly.changes import Direction
-from barchain.nightly.facts import night_facts
-from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import Figure, FigureKind, FigureUnit, NightPart
-from barchain.nightly.judging import changes_named, judge, judge_pair
-from barchain.nightly.pruning import needed_nights
-from barchain.nightly.standing import every_change, still_holding
-from reports.tables.nights.facts import NightRun, PartResult, PartState
+from barchain.nightly.errors import HistoryError
+from barchain.nightly.figures.changes import Direction
+from barchain.nightly.figures.figure import Figure, FigureKind, FigureUnit, NightPart
+from barchain.nightly.history.acceptances import accept
+from barchain.nightly.history.judging import changes_named, judge, judge_pair
+from barchain.nightly.history.pruning import needed_nights
+from barchain.nightly.history.standing import every_change, still_holding
+from barchain.nightly.telling.document import night_facts
+from reports.results.nights.document import NightRun, PartResult, PartState
 from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, error, identity, night, ratio, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history import NightStore
-    from reports.tables.nights.facts import NightlyFile
+    from barchain.nightly.history.nights import NightStore
+    from reports.results.nights.document import NightlyFile
 
 LONG = 60
 OTHER_CLASS = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")

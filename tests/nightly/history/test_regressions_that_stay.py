@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.acceptances import acceptances_of, accepting
-from barchain.nightly.changes import results_words
-from barchain.nightly.judging import judge, judge_pair
-from barchain.nightly.standing import still_holding
-from reports.tables.rows import NOT_RUN
+from barchain.nightly.figures.changes import results_words
+from barchain.nightly.history.acceptances import acceptances_of, accepting
+from barchain.nightly.history.judging import judge, judge_pair
+from barchain.nightly.history.standing import still_holding
+from reports.results.rows import NOT_RUN
 from tests.nightly.history.synthetic import error, night, verdict
 
 if TYPE_CHECKING:
-    from barchain.nightly.history import NightStore
+    from barchain.nightly.history.nights import NightStore
 
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
 

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.nightly.acceptances import accept, accepted, accepting
-from barchain.nightly.figures import Figure, NightPart
-from barchain.nightly.judging import changes_named, judge
-from barchain.nightly.pruning import needed_nights
-from barchain.nightly.standing import every_change, still_holding
-from barchain.nightly.suspects import suspects_of
-from barchain.nightly.told import keep_judgement
+from barchain.nightly.figures.figure import Figure, NightPart
+from barchain.nightly.figures.suspects import suspects_of
+from barchain.nightly.history.acceptances import accept, accepted, accepting
+from barchain.nightly.history.judging import changes_named, judge
+from barchain.nightly.history.news import keep_judgement
+from barchain.nightly.history.pruning import needed_nights
+from barchain.nightly.history.standing import every_change, still_holding
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import PARTS, bits, error, night, ratio, verdict
 
 if TYPE_CHECKING:
-    from barchain.nightly.history import NightStore
-    from barchain.nightly.levels import JudgedNight
+    from barchain.nightly.history.levels import JudgedNight
+    from barchain.nightly.history.nights import NightStore
 
 RIGHT, WRONG = 1e-5, 1e-3
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)

@@ -10,21 +10,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from barchain.nightly.changes import (
+from barchain.nightly.figures.changes import (
     Direction,
     compared,
     judge_number,
     judge_verdict,
 )
-from barchain.nightly.figures import Figure, FigureKind, FigureUnit, NightPart
-from barchain.nightly.judging import judge
-from barchain.nightly.standing import still_holding
-from reports.tables.outcome import Outcome
+from barchain.nightly.figures.figure import Figure, FigureKind, FigureUnit, NightPart
+from barchain.nightly.history.judging import judge
+from barchain.nightly.history.standing import still_holding
+from reports.results.outcome import Outcome
 from tests.nightly.history.histories import folded, history_of, judged_last, news_of
 from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, count, error, identity, night, verdict
 
 if TYPE_CHECKING:
-    from barchain.nightly.history import NightStore
+    from barchain.nightly.history.nights import NightStore
 
 
 def value(number: float, low: float | None = None, high: float | None = None, tolerance: float | None = None) -> Figure:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import mannwhitneyu
 
-from barchain.nightly.rank_test import (
+from barchain.nightly.figures.rank_test import (
     FEWEST_NEW,
     LEVEL_NIGHTS,
     autocorrelations,
@@ -17,7 +17,7 @@ from barchain.nightly.rank_test import (
     two_sided,
     upper_tail,
 )
-from barchain.nightly.steps import FALSE_ALARMS, LEAST_EFFECT, find_steps
+from barchain.nightly.figures.steps import FALSE_ALARMS, LEAST_EFFECT, find_steps
 from tests.nightly.history.noise import alarms, nights_until_found, noise, told
 from tests.support.slow import exhaustive_but
 

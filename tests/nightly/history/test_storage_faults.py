@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.history import NightStore, open_store
-from barchain.nightly.judging import judge
-from reports.tables.nights.facts import read_nightly
-from reports.tables.writing import DigestedFile
+from barchain.nightly.history.judging import judge
+from barchain.nightly.history.nights import NightStore, open_store
+from reports.results.nights.document import read_nightly
+from reports.results.writing import DigestedFile
 from tests.nightly.history.synthetic import error, large_night, night
 from tests.support.slow import one_in
 
@@ -29,7 +29,7 @@ FIGURES = 300
 CONTEXT = multiprocessing.get_context("spawn")
 WRITER = """
 import sys
-from barchain.nightly.history import open_store
+from barchain.nightly.history.nights import open_store
 from tests.nightly.history.synthetic import large_night
 nights = [large_night(k, 300) for k in range(8)]
 print("ready", flush=True)
@@ -134,8 +134,8 @@ FILLER = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-from barchain.nightly.history import open_store
-from barchain.nightly.faults import HistoryError
+from barchain.nightly.history.nights import open_store
+from barchain.nightly.errors import HistoryError
 from tests.nightly.history.synthetic import large_night
 try:
     open_store(sys.argv[1], create=True).add(large_night(1, 5000))
@@ -159,7 +159,7 @@ def test_a_file_that_can_not_grow_is_one_line_and_changes_nothing(url: str) -> N
 def test_a_table_that_can_not_be_exported_whole_leaves_the_earlier_file(
     store: NightStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from barchain.nightly.history import export_parquet
+    from barchain.nightly.history.nights import export_parquet
 
     path = tmp_path / "all.parquet"
     path.write_bytes(b"earlier")

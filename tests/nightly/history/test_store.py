@@ -11,19 +11,19 @@ import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from barchain.nightly.attribute import Attribution, keep_attribution
-from barchain.nightly.faults import HistoryError
-from barchain.nightly.history import RECORD, NightStore, export_parquet, open_store
-from barchain.nightly.judging import judge
-from barchain.nightly.pruning import prune_runs
-from barchain.nightly.standing import every_change
-from barchain.nightly.table import CACHE, CHARTED, FIGURES
-from barchain.nightly.told import attributed_words, keep_judgement
+from barchain.nightly.attribution.attribute import Attribution, keep_attribution
+from barchain.nightly.errors import HistoryError
+from barchain.nightly.figures.table import CACHE, CHARTED, FIGURES
+from barchain.nightly.history.judging import judge
+from barchain.nightly.history.news import attributed_words, keep_judgement
+from barchain.nightly.history.nights import RECORD, NightStore, export_parquet, open_store
+from barchain.nightly.history.pruning import prune_runs
+from barchain.nightly.history.standing import every_change
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
 
 if TYPE_CHECKING:
-    from barchain.nightly.figures import Night
-    from barchain.nightly.levels import JudgedNight
+    from barchain.nightly.figures.figure import Night
+    from barchain.nightly.history.levels import JudgedNight
 
 
 def folder(store: NightStore, name: str = "") -> Path:
@@ -303,7 +303,7 @@ def test_an_attribution_goes_with_a_night_that_goes_on(store: NightStore) -> Non
 
 
 def test_the_place_of_a_history_shows_no_password() -> None:
-    from barchain.nightly.place import PASSWORD
+    from barchain.nightly.figures.storage import PASSWORD
 
     assert PASSWORD.sub("***", "s3://me:secret@host/x") == "s3://***@host/x"
 

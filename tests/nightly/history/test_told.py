@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.nightly.acceptances import accept, accepted, accepting, holding
-from barchain.nightly.changes import Direction
-from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import FigureKind, FigureUnit
-from barchain.nightly.judging import change_named, changes_named, judge
-from barchain.nightly.pruning import needed_nights
-from barchain.nightly.standing import every_change, still_holding
-from barchain.nightly.steps import LEAST_EFFECT, WINDOW, ToldStep, find_steps
-from barchain.nightly.told import keep_judgement, steps_before, told_by
+from barchain.nightly.errors import HistoryError
+from barchain.nightly.figures.changes import Direction
+from barchain.nightly.figures.figure import FigureKind, FigureUnit
+from barchain.nightly.figures.steps import LEAST_EFFECT, WINDOW, ToldStep, find_steps
+from barchain.nightly.history.acceptances import accept, accepted, accepting, holding
+from barchain.nightly.history.judging import change_named, changes_named, judge
+from barchain.nightly.history.news import keep_judgement, steps_before, told_by
+from barchain.nightly.history.pruning import needed_nights
+from barchain.nightly.history.standing import every_change, still_holding
 from tests.nightly.history.noise import Array, noise, told
 from tests.nightly.history.synthetic import Figure, bits, error, identity, night, ratio
 from tests.support.slow import exhaustive_but
 
 if TYPE_CHECKING:
-    from barchain.nightly.history import NightStore
-    from barchain.nightly.levels import JudgedNight
+    from barchain.nightly.history.levels import JudgedNight
+    from barchain.nightly.history.nights import NightStore
 
 QUANTITY = "time_ratio"
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)

@@ -12,15 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from barchain.cli.main import cli, run
-from barchain.faults.catalogue import FIXED_SCENES
-from barchain.nightly.jobs import night_jobs, tonights
-from barchain.nightly.plan import CampaignTable, PlanError, SelftestTable, load_plan
+from barchain.nightly.running.jobs import night_jobs, tonights
+from barchain.nightly.running.plan import CampaignTable, PlanError, SelftestTable, load_plan
+from barchain.studies.selftest.faults.catalogue import FIXED_SCENES
 from scenarios.load import SHIPPED
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.plan import NightPlan
+    from barchain.nightly.running.plan import NightPlan
 
 CORE = '[[comparison]]\nname = "core"\n'
 

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.faults.catalogue import CONTROLS
-from barchain.nightly.jobs import NightJob
-from barchain.nightly.night import result_of
-from barchain.nightly.state import alarm_test
+from barchain.nightly.running.jobs import NightJob
+from barchain.nightly.running.night import result_of
+from barchain.nightly.running.state import alarm_test
 from barchain.runs.processes import Finished
+from barchain.studies.selftest.faults.catalogue import CONTROLS
 from barchain.studies.selftest.matrix import selftest_study
 from barchain.studies.study import Reporter, run_study
-from reports.tables.faults.selftest import FILES
-from reports.tables.nights.facts import AlarmTest, PartState
+from reports.results.faults.selftest import FILES
+from reports.results.nights.document import AlarmTest, PartState
 from tests.nightly.history.synthetic import night
 from tests.support.here import HERE
 from tests.support.results import write_results

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from barchain.nightly.budget import (
+from barchain.nightly.running.budget import (
     ENDING_S,
     FAVOURED,
     LEAST_RESERVE_S,
@@ -22,13 +22,13 @@ from barchain.nightly.budget import (
     waiting_parts,
     working_time_s,
 )
-from barchain.nightly.jobs import NightJob, night_jobs, part_scenes
-from barchain.nightly.plan import LEAST_MINUTES, load_plan
-from barchain.nightly.state import joined
-from reports.tables.nights.facts import INTERRUPTED, NightRun, PartResult, PartState
+from barchain.nightly.running.jobs import NightJob, night_jobs, part_scenes
+from barchain.nightly.running.plan import LEAST_MINUTES, load_plan
+from barchain.nightly.running.state import joined
+from reports.results.nights.document import INTERRUPTED, NightRun, PartResult, PartState
 
 if TYPE_CHECKING:
-    from barchain.nightly.plan import NightPlan
+    from barchain.nightly.running.plan import NightPlan
 
 SCENES = tuple(f"hard/{k}" for k in range(10))
 

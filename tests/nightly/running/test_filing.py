@@ -12,23 +12,23 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly import night as running
-from barchain.nightly import parts as installed
-from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import NightPart
-from barchain.nightly.history import NightStore, last_run, open_store
-from barchain.nightly.night import run_night
-from barchain.nightly.parts import code_of, installation_here
-from barchain.nightly.plan import load_plan
-from barchain.nightly.state import FILE, SET_ASIDE, DamagedStateError, read_state
+from barchain.nightly.errors import HistoryError
+from barchain.nightly.figures import dependencies as installed
+from barchain.nightly.figures.dependencies import code_of, installation_here
+from barchain.nightly.figures.figure import NightPart
+from barchain.nightly.history.nights import NightStore, last_run, open_store
+from barchain.nightly.running import night as running
+from barchain.nightly.running.night import run_night
+from barchain.nightly.running.plan import load_plan
+from barchain.nightly.running.state import FILE, SET_ASIDE, DamagedStateError, read_state
 from barchain.runs.processes import Finished
 from tests.nightly.history.synthetic import error, night
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.night import NightEnd
-    from barchain.nightly.plan import NightPlan
+    from barchain.nightly.running.night import NightEnd
+    from barchain.nightly.running.plan import NightPlan
 
 PLAN = """
 name = "two"

@@ -16,22 +16,22 @@ import pytest
 
 from adapters.registry import ENGINES
 from barchain.cli.main import run
-from barchain.nightly import night as running
-from barchain.nightly.history import last_run, open_store
-from barchain.nightly.judging import judge
-from barchain.nightly.night import run_night
-from barchain.nightly.plan import load_plan
-from barchain.nightly.state import read_state, write_state
+from barchain.nightly.history.judging import judge
+from barchain.nightly.history.nights import last_run, open_store
+from barchain.nightly.running import night as running
+from barchain.nightly.running.night import run_night
+from barchain.nightly.running.plan import load_plan
+from barchain.nightly.running.state import read_state, write_state
 from barchain.runs.processes import Finished, run_barchain
-from reports.tables.nights.facts import NightRun, PartResult, PartState, read_nightly
+from reports.results.nights.document import NightRun, PartResult, PartState, read_nightly
 from tests.support.results import read_record, record_file
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.jobs import NightJob
-    from barchain.nightly.night import NightEnd
-    from barchain.nightly.plan import NightPlan
+    from barchain.nightly.running.jobs import NightJob
+    from barchain.nightly.running.night import NightEnd
+    from barchain.nightly.running.plan import NightPlan
 
 PLAN = """
 name = "small"
@@ -330,8 +330,8 @@ def test_two_nights_at_once_are_two_nights(plan: NightPlan, tmp_path: Path, url:
 def test_a_history_that_can_not_be_written_keeps_the_results_and_the_next_call_adds_them(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from barchain.nightly.faults import HistoryError
-    from barchain.nightly.history import NightStore
+    from barchain.nightly.errors import HistoryError
+    from barchain.nightly.history.nights import NightStore
 
     def full(*_: Any, **__: Any) -> bool:
         raise HistoryError("history.sqlite: the disk is full; nothing was changed")

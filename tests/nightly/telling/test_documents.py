@@ -17,12 +17,12 @@ from click.testing import CliRunner
 from junitparser import JUnitXml
 
 from barchain.cli.main import cli
-from barchain.nightly.acceptances import accept, accepted, holding
-from barchain.nightly.figures import Figure, NightPart
-from barchain.nightly.history import NightStore, open_store
-from barchain.nightly.judging import change_named, judge
-from barchain.nightly.told import told_by
-from reports.tables.nights.facts import AlarmTest, NightlyFile, NightRun, PartResult, PartState, read_nightly
+from barchain.nightly.figures.figure import Figure, NightPart
+from barchain.nightly.history.acceptances import accept, accepted, holding
+from barchain.nightly.history.judging import change_named, judge
+from barchain.nightly.history.news import told_by
+from barchain.nightly.history.nights import NightStore, open_store
+from reports.results.nights.document import AlarmTest, NightlyFile, NightRun, PartResult, PartState, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 
 NOW = datetime.datetime.now(datetime.UTC)

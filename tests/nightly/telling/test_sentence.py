@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from barchain.nightly.changes import Change, Direction, results_words
-from barchain.nightly.figures import Figure
-from barchain.nightly.sentence import opening
-from reports.tables.nights.facts import (
+from barchain.nightly.figures.changes import Change, Direction, results_words
+from barchain.nightly.figures.figure import Figure
+from barchain.nightly.telling.sentence import opening
+from reports.results.nights.document import (
     AcceptanceEntry,
     ChangeEntry,
     NightRun,

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.figures import FigureKind
-from barchain.nightly.judging import judge
-from barchain.nightly.trends import MOST_POINTS, trend_charts
+from barchain.nightly.figures.figure import FigureKind
+from barchain.nightly.history.judging import judge
+from barchain.nightly.telling.trends import MOST_POINTS, trend_charts
 from tests.nightly.history.synthetic import count, error, night
 
 if TYPE_CHECKING:
-    from barchain.nightly.history import NightStore
+    from barchain.nightly.history.nights import NightStore
 
 
 def test_each_night_of_a_short_history_is_drawn(store: NightStore) -> None:

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.faults.catalogue import RANDOM_SCENES
+from barchain.studies.selftest.faults.catalogue import RANDOM_SCENES
 from barchain.studies.selftest.rating import CampaignCell
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
-    from reports.tables.faults.campaign import CellClass
+    from reports.results.faults.campaign import CellClass
     from scenarios import Scene
 
 SEED = 8

@@ -13,9 +13,9 @@ from adapters.exudyn.adapter import Exudyn
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
-from barchain.faults.catalogue import RANDOM_SCENES, UnknownFaultError, fault_registration, find
-from barchain.faults.readings import LEAST, SHARES
 from barchain.runs.job import Role
+from barchain.studies.selftest.faults.catalogue import RANDOM_SCENES, UnknownFaultError, fault_registration, find
+from barchain.studies.selftest.faults.readings import LEAST, SHARES
 from barchain.studies.selftest.scenes import draw
 from scenarios import Gravity
 from tests.studies.campaign.drawn import EVENTS, FINER, MAIN, seen, with_fault

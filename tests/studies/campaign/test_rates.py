@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.studies.selftest.rating import passed, rate, rates, sizes
-from reports.tables.faults.campaign import TABLES, CellClass
-from reports.tables.outcome import Outcome
+from reports.results.faults.campaign import TABLES, CellClass
+from reports.results.outcome import Outcome
 from tests.studies.campaign.drawn import cells, with_fault
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import pytest
 
 from barchain.studies.selftest.scenes import draw
 from barchain.studies.selftest.shrinking import Form, alike, effects_of, kinds, simplest, simplified, whole
-from reports.tables.faults.campaign import CellClass
+from reports.results.faults.campaign import CellClass
 from scenarios.toml.writing import scene_toml
 from tests.studies.campaign.drawn import EVENTS, cells
 from tests.support.slow import one_in

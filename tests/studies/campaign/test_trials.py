@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.runs.cases import Known
 from barchain.solutions.reference import closely_sampled
 from barchain.studies.selftest import trial
 from barchain.studies.selftest.campaign import faulty_engine, on_scene, thinned
+from barchain.studies.selftest.faults.catalogue import RANDOM_SCENES
 from barchain.studies.selftest.rating import CampaignCell, rated
 from barchain.studies.selftest.scenes import draw
 from barchain.studies.selftest.trial import SceneRuns, Trial
-from reports.tables.faults.campaign import CellClass
-from reports.tables.outcome import Outcome
+from reports.results.faults.campaign import CellClass
+from reports.results.outcome import Outcome
 from tests.studies.campaign.drawn import FREE, SEED
 from tests.support.here import result_of
 

@@ -10,19 +10,19 @@ import pytest
 
 from barchain.cli.main import run as command
 from barchain.cli.selftest import finding_words, rate_words, show_campaign
-from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.studies.selftest import trial
 from barchain.studies.selftest.campaign import Campaign, CampaignStudy, alone_on
+from barchain.studies.selftest.faults.catalogue import RANDOM_SCENES
 from barchain.studies.selftest.rating import CampaignCell, rate, rates
 from barchain.studies.selftest.scenes import draw
 from barchain.studies.selftest.shrinking import kept_findings
 from barchain.studies.study import run_study
 from reports.chapters.campaign import size_rows
 from reports.render import render_all
-from reports.tables.faults.campaign import CellClass
-from reports.tables.measured import STUDIES
-from reports.tables.outcome import Outcome
+from reports.results.faults.campaign import CellClass
+from reports.results.measured import STUDIES
+from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.studies.campaign.drawn import FREE, SEED, cells
 from tests.support.here import HERE

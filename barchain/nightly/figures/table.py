@@ -1,0 +1,258 @@
+"""File of a night's figures, and the numbers over many nights that times and trends need.
+
+Numbers of all nights are one matrix, figure × night. ``numbers.npz`` in the history's folder holds that of the nights
+that were there when it was written; without it, it only takes longer.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from barchain.nightly.errors import HistoryError
+from barchain.nightly.figures.figure import Figure, FigureIdentity, FigureKind, FigureUnit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+    from barchain.nightly.figures.figure import EarlierNames, Night, NightSummary
+    from barchain.nightly.figures.storage import Place
+
+    Array = NDArray[np.float64]
+    Places = NDArray[np.intp]
+
+
+FIGURES = "figures.parquet"
+CACHE = "numbers.npz"
+IDENTITY = ("scene", "engine", "setting", "quantity", "kind", "unit", "anchor")
+NUMBERS = ("value", "low", "high", "tolerance")
+WORDS = ("word", "trajectory", "reason", "depends")
+COLUMNS = (*IDENTITY, *NUMBERS, *WORDS, "versions")
+"""Columns of a night's file; ``versions`` has those of the distributions behind a figure's engines, for readers"""
+KIND = IDENTITY.index("kind")
+CHARTED = (FigureKind.ERROR, FigureKind.RATIO, FigureKind.MEMORY, FigureKind.COUNT)
+"""Kinds whose numbers are looked at over many nights"""
+MOST_READ = 16
+"""Nights beside the cache: with more it is written anew"""
+ENGINE, PROGRAM = "engine:", "program:"
+MEMBERS = "\n"
+"""Between the names of parts; none of them holds it"""
+FIGURES_KEPT = 2**14
+"""Figures that are made once, as most are the same on many nights"""
+
+
+def figures_content(night: Night) -> bytes:
+    """File of a night's figures: a row each, in columns :data:`COLUMNS`; an empty text where there is none."""
+    import pyarrow as pa  # noqa: PLC0415
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    own = night.figures
+    columns: dict[str, Any] = {name: [str(getattr(f.identity, name)) for f in own] for name in IDENTITY}
+    columns |= {name: [getattr(f, name) for f in own] for name in (*NUMBERS, *WORDS[:-1])}
+    columns["depends"] = [MEMBERS.join(f.depends) for f in own]
+    columns["versions"] = [versions_of(f, night) for f in own]
+    schema = pa.schema([(name, pa.float64() if name in NUMBERS else pa.string()) for name in COLUMNS])
+    sink = io.BytesIO()
+    pq.write_table(pa.table({name: columns[name] for name in COLUMNS}, schema=schema), sink, compression="zstd")
+    return sink.getvalue()
+
+
+def versions_of(figure: Figure, night: Night) -> str:
+    """Versions of the distributions and programs behind a figure's engines, e.g. ``mujoco 3.3.0``."""
+    parts = (night.part_named[name] for name in figure.depends if name.startswith((ENGINE, PROGRAM)))
+    known = (part for part in parts if part.version or part.name.startswith(ENGINE))
+    return ", ".join(f"{part.name.partition(':')[2].partition(' (')[0]} {part.version}" for part in known)
+
+
+def columns_of(content: bytes, names: Sequence[str]) -> list[list[Any]]:
+    """Columns of a night's file; equal texts of a column are one object."""
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    texts = [name for name in names if name not in NUMBERS]
+    rows = pq.ParquetFile(io.BytesIO(content), read_dictionary=texts).read(columns=list(names))
+    found = {name: rows[name].combine_chunks() for name in names}
+    for name in texts:
+        known = found[name].dictionary.to_pylist()
+        found[name] = [known[k] for k in np.from_dlpack(found[name].indices).tolist()]
+    return [found[name] if name in texts else found[name].to_pylist() for name in names]
+
+
+def read_figures(content: bytes, fits: Callable[[tuple[str, ...]], bool] | None = None) -> list[Figure]:
+    """Figures of a night's file; those alone whose columns :data:`IDENTITY` fit, if that is asked."""
+    columns = columns_of(content, COLUMNS[:-1])
+    keys, results = zip(*columns[: len(IDENTITY)], strict=True), zip(*columns[len(IDENTITY) :], strict=True)
+    pairs = zip(keys, results, strict=True)
+    return [figure_of(identity_of(*key), *result) for key, result in pairs if fits is None or fits(key)]
+
+
+@lru_cache(FIGURES_KEPT)
+def identity_of(*key: str) -> FigureIdentity:
+    """Identity of a figure of its columns, in the order of :data:`IDENTITY`."""
+    scene, engine, setting, quantity, kind, unit, anchor = key
+    return FigureIdentity(scene, engine, setting, quantity, FigureKind(kind), FigureUnit(unit), anchor)
+
+
+@lru_cache(FIGURES_KEPT)
+def figure_of(identity: FigureIdentity, *result: Any) -> Figure:
+    """Figure of its identity and the columns of its result."""
+    value, low, high, tolerance, word, trajectory, reason, depends = result
+    return Figure(identity, value, word, low, high, tolerance, trajectory, parts_in(depends), reason)
+
+
+def parts_in(text: str) -> tuple[str, ...]:
+    """Names of parts in a text of the column ``depends``."""
+    return tuple(text.split(MEMBERS)) if text else ()
+
+
+@dataclass(frozen=True)
+class NumberTable:
+    """Numbers of the charted figures of some nights."""
+
+    nights: tuple[NightSummary, ...]
+    """In their order"""
+    identities: tuple[FigureIdentity, ...]
+    values: Array
+    """Shape (identities, nights), NaN without a number"""
+    depends: NDArray[np.int32]
+    """Places in `parts`, of the same shape"""
+    parts: Sequence[str]
+    """Names of the parts that a figure depends on"""
+
+    @cached_property
+    def row(self) -> dict[FigureIdentity, int]:
+        """Numbers of the rows."""
+        return {identity: k for k, identity in enumerate(self.identities)}
+
+    @cached_property
+    def names(self) -> NDArray[np.str_]:
+        """Names of the nights."""
+        return np.array([night.name for night in self.nights], str)
+
+    def among(self, nights: Iterable[NightSummary]) -> NumberTable:
+        """Numbers of some of the nights."""
+        kept = np.isin(self.names, [night.name for night in nights])
+        own = tuple(night for night, there in zip(self.nights, kept, strict=True) if there)
+        return replace(self, nights=own, values=self.values[:, kept], depends=self.depends[:, kept])
+
+    def series(self, identity: FigureIdentity, earlier: EarlierNames = ()) -> NumberSeries:
+        """Numbers of a figure, up to the last night of each earlier name under that name."""
+        rows, at, since = [np.zeros(0, np.intp)], [np.zeros(0, np.intp)], 0
+        ends = [int(np.searchsorted(self.names, last, "right")) for _, last in earlier]
+        for name, end in zip((*(name for name, _ in earlier), identity), (*ends, len(self.nights)), strict=True):
+            if name in self.row:
+                at.append(since + np.flatnonzero(~np.isnan(self.values[self.row[name], since:end])))
+                rows.append(np.full(len(at[-1]), self.row[name], np.intp))
+            since = max(since, end)
+        return NumberSeries(self, identity, np.concatenate(rows), np.concatenate(at), earlier)
+
+
+@dataclass(frozen=True)
+class NumberSeries:
+    """Numbers of one figure over the nights that measured it, in their order."""
+
+    table: NumberTable
+    identity: FigureIdentity
+    rows: Places
+    """Of the table, shape (n,): other ones under earlier names"""
+    at: Places
+    """Numbers of the nights in the table, shape (n,)"""
+    earlier: EarlierNames = ()
+
+    @cached_property
+    def values(self) -> Array:
+        """Numbers, shape (n,)."""
+        found: Array = self.table.values[self.rows, self.at]
+        return found
+
+    @property
+    def nights(self) -> list[NightSummary]:
+        """Nights that measured the figure."""
+        return [self.table.nights[k] for k in self.at.tolist()]
+
+    def depends(self, k: int) -> tuple[str, ...]:
+        """Names of the parts that the figure of one of these nights depends on."""
+        return parts_in(self.table.parts[self.table.depends[self.rows[k], self.at[k]]])
+
+    def figure(self, k: int) -> Figure:
+        """Figure of one of these nights."""
+        return Figure(self.identity, float(self.values[k]), depends=self.depends(k))
+
+    def within(self, first: int | None, last: int | None) -> NumberSeries:
+        """Series of some of its nights, from one to before another one."""
+        return replace(self, rows=self.rows[first:last], at=self.at[first:last])
+
+
+def read_numbers(
+    nights: Sequence[NightSummary],
+    place: Place | None,
+    contents: Callable[[Sequence[NightSummary]], Iterable[tuple[NightSummary, bytes]]],
+) -> NumberTable:
+    """Numbers of all nights of a history: those of the cache, and of the nights that it lacks.
+
+    Parameters
+    ----------
+    nights : sequence of NightSummary
+        In their order.
+    place : Place, optional
+        Of the history, for its cache; none is used without.
+    contents : callable
+        Gives those of some nights that are whole, each with the file of its figures.
+    """
+    keys: dict[tuple[str, ...], int] = {}
+    parts: dict[str, int] = {}
+    columns: dict[str, tuple[Any, Any, Any]] = {}  # rows, values and places of the parts, by the name of the night
+    with contextlib.suppress(Exception):  # a cache that is not there, damaged, or of another format is made again
+        keys, parts, columns = cached_numbers(place.read(CACHE) or b"" if place else b"", nights)
+    lacking = [night for night in nights if night.name not in columns]
+    for night, content in contents(lacking):
+        *identity, value, members = columns_of(content, (*IDENTITY, "value", "depends"))
+        every = zip(zip(*identity, strict=True), value, members, strict=True)
+        found = [one for one in every if one[1] is not None and one[0][KIND] in CHARTED]
+        at = [keys.setdefault(key, len(keys)) for key, _, _ in found]
+        columns[night.name] = at, [v for _, v, _ in found], [parts.setdefault(own, len(parts)) for _, _, own in found]
+    whole = tuple(night for night in nights if night.name in columns)
+    values = np.full((len(keys), len(whole)), np.nan)
+    depends = np.zeros(values.shape, np.int32)
+    for k, night in enumerate(whole):
+        at, values[at, k], depends[at, k] = columns[night.name]
+    there = ~np.isnan(values).all(axis=1)
+    identities = tuple(identity_of(*key) for key, kept in zip(keys, there, strict=True) if kept)
+    table = NumberTable(whole, identities, values[there], depends[there], tuple(parts))
+    if place is not None and len(lacking) > MOST_READ:
+        with contextlib.suppress(HistoryError):  # without a cache it only takes longer
+            place.write(CACHE, cache_content(table))
+    return table
+
+
+def cached_numbers(
+    content: bytes, nights: Sequence[NightSummary]
+) -> tuple[dict[Any, int], dict[str, int], dict[str, Any]]:
+    """Keys, parts and columns of a cache, of nights that are as they were when it was written."""
+    with np.load(io.BytesIO(content)) as file:
+        head, values, depends = json.loads(file["head"].tobytes()), file["values"], file["depends"]
+    own = {(night.name, night.digest) for night in nights}
+    columns = {}
+    for k, (name, digest) in enumerate(head["nights"]):
+        if (name, digest) in own:
+            at = np.flatnonzero(~np.isnan(values[:, k]))
+            columns[name] = at, values[at, k], depends[at, k]
+    keys, parts = ({key: k for k, key in enumerate(every)} for every in (map(tuple, head["keys"]), head["parts"]))
+    return keys, parts, columns
+
+
+def cache_content(table: NumberTable) -> bytes:
+    """File of the cache."""
+    keys = [[str(getattr(identity, name)) for name in IDENTITY] for identity in table.identities]
+    head = {"nights": [(n.name, n.digest) for n in table.nights], "keys": keys, "parts": table.parts}
+    sink = io.BytesIO()
+    text = np.frombuffer(json.dumps(head).encode(), np.uint8)
+    np.savez_compressed(sink, head=text, values=table.values, depends=table.depends)
+    return sink.getvalue()

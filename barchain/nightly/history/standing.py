@@ -1,0 +1,125 @@
+"""What is worse than accepted: figures above their levels, with acceptances as an overlay."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from barchain.nightly.figures.changes import Change, Direction, compared, is_above
+from barchain.nightly.figures.figure import names_since
+from barchain.nightly.figures.steps import LEAST_EFFECT
+from barchain.nightly.history.acceptances import accepting, holding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from barchain.nightly.figures.figure import Figure, FigureIdentity
+    from barchain.nightly.history.acceptances import Acceptance
+    from barchain.nightly.history.levels import JudgedNight, Level, Step
+
+
+@dataclass(frozen=True)
+class Standing:
+    """State of a figure that is worse than it was."""
+
+    change: Change
+    """From what the figure may be to what it is; since the first step that nobody accepted, or else the first one"""
+    acceptance: Acceptance | None = None
+    """What covers the state; None of a state that is worse than accepted"""
+
+    @property
+    def latest(self) -> str:
+        """Night of the latest step."""
+        return self.change.through or self.change.since
+
+
+def standing(
+    judged: JudgedNight, known: Iterable[Acceptance] = (), at: datetime.datetime | None = None
+) -> list[Standing]:
+    """States that are worse than they were on a judged night, those that its own news lead to among them.
+
+    Parameters
+    ----------
+    judged : JudgedNight
+    known : iterable of Acceptance
+    at : datetime, optional
+        Instant of which the acceptances count; default: now.
+    """
+    instant, known = at or datetime.datetime.now(datetime.UTC), list(known)
+    own = holding(known, instant)
+    found = [standing_of(row, own) for row in judged.above.values()]
+    slower = [Standing(change, accepting(change, known, instant)) for change in slow_downs(judged.stepped)]
+    return sorted([*found, *slower], key=lambda state: (state.change.since, state.change.identity))
+
+
+def still_holding(judged: JudgedNight) -> list[Change]:
+    """States that are worse than they were on earlier nights, whether accepted or not."""
+    tonight = {change.id for change in judged.tonight}
+    return [state.change for state in standing(judged) if state.change.id not in tonight]
+
+
+def every_change(judged: JudgedNight) -> list[Change]:
+    """Changes that a night tells or that hold on it, those that are not reproducible first."""
+    found = {change.id: change for change in (*judged.tonight, *still_holding(judged), *judged.stepped)}
+    return sorted(found.values(), key=lambda change: (not change.irreproducible, change.since))
+
+
+def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
+    """State of a figure above its level; `known` are acceptances that have not ended.
+
+    An acceptance of a step raises what the figure may be to the value of that step, if no earlier step is open; one
+    that reaches back to the open step accepts both. A figure that becomes better afterwards may be no worse again.
+    """
+    allowed, result = row.level, row.level  # what the figure may be; the last of these that is no missing result
+    opened: int | None = None
+    covering = None
+    for k, step in enumerate(row.steps):
+        if allowed.missing and not step.now.missing:
+            allowed = result
+        since = step.night if opened is None else row.steps[opened].night
+        names = [i.name for i in names_since(step.night, row.told.identity, row.earlier)]
+        reaching = [one for one in known if one.reaches(step.night, since, names)]
+        if reaching:
+            allowed, opened, covering = step.now, None, max(reaching, key=lambda one: one.date)
+        elif is_above(allowed, step.now):
+            opened = k if opened is None else opened
+        else:
+            allowed, opened = (step.now if opened is None else allowed), None
+        result = result if allowed.missing else allowed
+    if opened is None and is_above(allowed, row.told):
+        opened = len(row.steps) - 1
+    if opened is not None or covering is None:
+        return Standing(change_since(row, allowed, row.steps[opened or 0 :]))
+    return Standing(change_since(row, row.level, row.steps), covering)
+
+
+def change_since(row: Level, was: Figure, steps: Sequence[Step]) -> Change:
+    """Change of some steps, as far as it holds."""
+    first, identity, judged = steps[0], row.told.identity, compared(was, row.told)
+    reason = judged.reason if judged is not None else "as it was accepted"
+    return Change(
+        identity, was, first.now, first.last, first.night, Direction.WORSE, reason,
+        judged.factor if judged is not None else None,
+        latest=row.told, through=steps[-1].night if len(steps) > 1 else "", steps=len(steps),
+        named=names_since(first.night, identity, row.earlier), settings=first.settings,
+    )  # fmt: skip
+
+
+def slow_downs(stepped: Iterable[Change]) -> list[Change]:
+    """Steps of times and memory for the worse that later steps have not taken back.
+
+    Steps multiply: a slow-down holds until later ones have taken it back, up to half the least effect. One without
+    later steps holds as long as it is there.
+    """
+    own: dict[FigureIdentity, list[Change]] = {}
+    for change in sorted(stepped, key=lambda c: c.since):
+        own.setdefault(change.identity, []).append(change)
+    found = []
+    for changes in own.values():
+        for k, change in enumerate(changes):
+            factor = math.prod(c.factor for c in changes[k:] if c.factor is not None)
+            holds = len(changes) == k + 1 or factor >= 1.0 + LEAST_EFFECT / 2.0
+            found += [change] if change.direction is Direction.WORSE and holds else []
+    return found

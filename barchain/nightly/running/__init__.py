@@ -1,0 +1,1 @@
+"""A night from its plan to its folder."""

@@ -1,0 +1,243 @@
+"""The sentences that open the page of a night."""
+
+from __future__ import annotations
+
+import datetime
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from barchain.nightly.history.news import AttributionVerdict
+from reports.results.nights.document import ratio_words
+from scenarios.plural import plural
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.history.levels import JudgedNight
+    from reports.results.nights.document import ChangeEntry, NightlyFile, NightRun, RejectedEntry
+
+
+SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+MOST_CAUSES = 3
+MOST_SUSPECTS = 3
+DIRECTIONS = {"worse": "for the worse", "better": "for the better", "changed": "neither better nor worse"}
+NOT_REPRODUCIBLE = "not reproducible: the same sources, versions and machine class gave other bits"
+NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
+MOST_REASON = 120
+"""Characters of a reason in the sentence; the page has all"""
+
+
+def opening(judged: JudgedNight, facts: NightlyFile) -> str:
+    """Sentences on a night: what is worse than accepted, what is new, and what was not measured and why.
+
+    Parameters
+    ----------
+    judged : JudgedNight
+    facts : NightlyFile
+        Facts of the night, without their sentences.
+    """
+    night, changes, baseline = judged.night, facts.changes, facts.against.baseline
+    if night.void:
+        return f"This night is void: {night.void}."
+    unmeasured = not_measured(facts.run, complete=night.complete)
+    if baseline and not judged.judged:
+        return joined(unmeasured, f"Nothing was compared: {baseline} has no figure of this night.")
+    if not judged.compared_with:
+        return joined(
+            unmeasured, no_pass(facts.rejected), "This is the first night: there is no earlier one to compare it with."
+        )
+    since = f" since {baseline}" if baseline else " tonight"
+    told = [change for change in changes if change.accepted is None]
+    wild = sum(change.irreproducible for change in told)
+    news = joined(
+        counted(wild, "run", NOT_REPRODUCIBLE),
+        changes_words([change for change in told if not change.irreproducible], since, judged.judged),
+        accepted_words(figures(changes) - figures(told), since, judged.judged, alone=not told),
+    )
+    quiet = "Nothing is new tonight." if facts.standing else f"Nothing changed{since} among {judged.judged} figures."
+    if not judged.judged:
+        quiet = NOT_JUDGED
+    broken = "" if news or facts.standing else no_pass(facts.rejected)
+    held = figures(facts.held)
+    return joined(
+        standing_words(facts.standing, night.started), news, unmeasured, broken, "" if news else quiet,
+        counted(held, "figure", "worse than before, and accepted"),
+        renamed_words(judged.renamed), plan_words(judged, baseline),
+    )  # fmt: skip
+
+
+def joined(*sentences: str) -> str:
+    """Sentences one after the other."""
+    return " ".join(filter(None, sentences))
+
+
+def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
+    """What is worse than accepted, by how much, since when and by what; empty if nothing is."""
+    if not standing:
+        return ""
+    groups: Counter[tuple[str, str]] = Counter()
+    for change in standing:
+        names = ", ".join(suspect.short for suspect in change.suspects[:MOST_SUSPECTS])
+        groups[change.since[:10], names] += 1 + change.also
+    count = figures(standing)
+    what = f"{are(count, 'figure')} worse than accepted{by_words(standing)}"
+    if len(groups) == 1:
+        return f"{what} {group_words(*next(iter(groups)), tonight)}."
+    shown = groups.most_common(MOST_CAUSES)
+    words = [f"{amount(number)} {group_words(*group, tonight)}" for group, number in shown]
+    more = count - sum(number for _, number in shown)
+    return f"{what}: {listed([*words, f'{amount(more)} since other nights'] if more else words)}."
+
+
+def by_words(worse: Sequence[ChangeEntry]) -> str:
+    """`` by up to ×6``; empty without a factor."""
+    largest = max((change.factor or 0.0 for change in worse), default=0.0)
+    return f" by {'up to ' if figures(worse) > 1 else ''}{ratio_words(largest)}" if largest > 1.0 else ""
+
+
+def group_words(day: str, names: str, tonight: datetime.datetime) -> str:
+    """``since 3 November (program:mine)``."""
+    date = datetime.date.fromisoformat(day)
+    year = f" {date.year}" if date.year != tonight.year else ""
+    return f"since {date.day} {date:%B}{year}{f' ({names})' if names else ''}"
+
+
+def not_measured(run: NightRun | None, *, complete: bool) -> str:
+    """What a night did not measure, and why; empty of a complete one."""
+    parts = [part for part in run.parts if not part.whole] if run else []
+    said = [f"{part.name}, {shortened(part.reasons or str(part.state), MOST_REASON)}" for part in parts[:MOST_CAUSES]]
+    more = f"; and {amount(len(parts) - MOST_CAUSES, 'more part')}" if len(parts) > MOST_CAUSES else ""
+    noted = [f"{part.name}: {shortened(part.reason, MOST_REASON)}." for part in (run.parts if run else ())
+             if part.whole and part.reason]  # fmt: skip
+    if said:
+        return joined(f"The night is incomplete: {'; '.join(said)}{more}.", *noted)
+    return joined("" if complete else "The night is incomplete.", *noted)
+
+
+def no_pass(rejected: Sequence[RejectedEntry]) -> str:
+    """Verdicts of a night that are no pass, the first one with its reason; empty without any."""
+    if not rejected:
+        return ""
+    first = shortened(rejected[0].words, MOST_REASON)
+    count = len(rejected)
+    eg = "" if count == 1 else "the first "
+    return f"{are(count, 'verdict')} no pass: {eg}{first}."
+
+
+def shortened(text: str, most: int) -> str:
+    """Text of at most so many characters, without its full stop."""
+    text = text.rstrip(". ").replace(". ", "; ")  # a full stop ends the headline
+    return text if len(text) <= most else f"{text[: most - 1].rstrip()}…"
+
+
+def accepted_words(count: int, since: str, judged: int, *, alone: bool) -> str:
+    """Sentence on changes of a night that are accepted; empty without any."""
+    if not alone or not count:
+        return counted(count, "more change", "accepted")
+    every = "the change is accepted" if count == 1 else "all changes are accepted"
+    return f"{amount(count, 'figure').capitalize()} of {judged} changed{since}; {every}. Nothing else changed."
+
+
+def plan_words(judged: JudgedNight, baseline: str) -> str:
+    """Sentence on another plan than on the night before, and on new figures."""
+    if baseline:
+        return ""
+    if not judged.replanned:
+        return counted(judged.new, "figure", "new")
+    gone = judged.left_out if judged.night.complete else 0
+    states = (counted(judged.new, "figure", "new"), counted(gone, "figure", "not measured tonight"))
+    found = ", ".join(f"{state[0].lower()}{state[1:-1]}" for state in states if state)
+    return f"The plan is another one than on the night before{': ' if found else ''}{found}."
+
+
+def figures(changes: Sequence[ChangeEntry]) -> int:
+    """Number of the figures of some changes."""
+    return sum(1 + change.also for change in changes)
+
+
+def counted(count: int, noun: str, state: str) -> str:
+    """``Three figures are new.``; empty without any."""
+    return f"{are(count, noun)} {state}." if count else ""
+
+
+def renamed_words(renamed: Sequence[str]) -> str:
+    """Sentence on names that changed; empty without any."""
+    if not renamed:
+        return ""
+    more = f" and {len(renamed) - MOST_CAUSES} more changed their names" if len(renamed) > MOST_CAUSES else ""
+    said = "; ".join(renamed[:MOST_CAUSES])
+    return f"{said[0].upper()}{said[1:]}{more}: figures are compared by their role."
+
+
+def changes_words(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
+    """Sentence on changes: how many, for the worse or not, and whose they are; empty without changes."""
+    if not changes:
+        return ""
+    found = {d: figures([change for change in changes if change.direction == d]) for d in DIRECTIONS}
+    sizes = {"worse": by_words([change for change in changes if change.direction == "worse"])}
+    words = [f"{amount(found[d])} {words}{sizes.get(d, '')}" for d, words in DIRECTIONS.items() if found[d]]
+    count = figures(changes)
+    many = f"{amount(count, 'figure').capitalize()} of {judged} changed{since}"
+    how = listed(words) if len(words) > 1 else f"{'all ' if count > 1 else ''}{words[0].partition(' ')[2]}"
+    return f"{many}, {how}; {causes(changes)}."
+
+
+def causes(changes: Sequence[ChangeEntry]) -> str:
+    """Whose changes they are: ``all three since engine:mujoco 4.0.0, confirmed``."""
+    found: Counter[str] = Counter()
+    confirmed: Counter[str] = Counter()
+    for change in changes:
+        name, count = cause(change), 1 + change.also
+        found[name] += count
+        confirmed[name] += count * (len(change.suspects) == 1 and verdict(change) == AttributionVerdict.CONFIRMED)
+
+    def shown(name: str) -> str:
+        if not confirmed[name]:
+            return name
+        every = confirmed[name] == found[name]
+        return f"{name}, {'' if every else f'{amount(confirmed[name])} of them '}{AttributionVerdict.CONFIRMED}"
+
+    if len(found) == 1:
+        (only,) = found
+        count = figures(changes)
+        every = "" if count == 1 else "both " if count == 2 else f"all {amount(count)} "
+        return f"{every}{shown(only)}"
+    words = [f"{amount(count)} {shown(name)}" for name, count in found.most_common(MOST_CAUSES)]
+    more = figures(changes) - sum(count for _, count in found.most_common(MOST_CAUSES))
+    return listed([*words, f"{amount(more)} by other causes"] if more else words)
+
+
+def cause(change: ChangeEntry) -> str:
+    """Cause of a change in words."""
+    if len(change.suspects) == 1:
+        (only,) = change.suspects
+        since = f"since {only.short} {only.after or '(gone)'}".rstrip()
+        return since if verdict(change) in ("", AttributionVerdict.CONFIRMED) else f"{since}, {verdict(change)}"
+    if change.confirmed:
+        return f"by real runs {change.confirmed}"
+    if change.suspects:
+        names = [suspect.short for suspect in change.suspects]
+        more = len(names) - MOST_SUSPECTS
+        return f"with the suspects {listed([*names[:MOST_SUSPECTS], f'{amount(more)} more'] if more > 0 else names)}"
+    return "with unknown cause" if change.unknown else "without a change of any part"
+
+
+def verdict(change: ChangeEntry) -> str:
+    """Verdict of the attribution of a change, without its causes; empty if none was made."""
+    return change.confirmed.partition(":")[0]
+
+
+def amount(count: int, noun: str = "") -> str:
+    """``three figures``: numbers up to twelve in words."""
+    number = SMALL[count] if count < len(SMALL) else f"{count}"
+    return plural(count, noun, number) if noun else number
+
+
+def are(count: int, noun: str) -> str:
+    """``Three figures are``, at the beginning of a sentence."""
+    return f"{amount(count, noun).capitalize()} {'is' if count == 1 else 'are'}"
+
+
+def listed(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)

@@ -1,0 +1,98 @@
+"""Exported folders: a stranger solves the problem from the folder alone, and `judge` passes the answer."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from adapters.mujoco.chain import model_of
+from barchain.cli.main import cli
+from barchain.judge.written import Declared
+from barchain.result_files.judging import judge_files
+from reports.text.words import escape_text
+from scenarios import load, load_scene
+from tests.support.slow import slow_but
+
+STRANGER = Path(__file__).with_name("stranger.py")
+SCENES = ("basics/two_bars_free", "paper/fig05")
+
+
+@pytest.fixture(scope="module")
+def cases(tmp_path_factory):
+    out = tmp_path_factory.mktemp("cases")
+    found = CliRunner().invoke(cli, ["export", *SCENES, "effects/drag", "--out", str(out), "--mjcf"])
+    assert found.exit_code == 0, found.output
+    return out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", slow_but(SCENES, SCENES[:1]))
+def test_a_program_that_only_reads_the_folder_passes(cases, tmp_path, scene):
+    table = tmp_path / "run.csv"
+    subprocess.run([sys.executable, str(STRANGER), str(cases / scene), str(table), "1e-10"], check=True, cwd=tmp_path)
+    found = judge_files(scene, table, declared=Declared(rtol=1e-10), time_limit_s=60.0)
+    assert found.passed, found.reasons
+    assert {quantity for quantity, *_ in found.sizes} == {"com", "com_velocity", "attitude", "rate", "reaction"}
+
+
+def test_the_samples_of_a_case_pass_by_their_digits_alone(cases):
+    found = judge_files(SCENES[1], cases / SCENES[1] / "samples.csv", time_limit_s=60.0)
+    assert found.passed, found.reasons
+
+
+def test_a_case_states_its_problem_and_what_can_be_compared(cases):
+    folder = cases / "paper/fig05"
+    text, facts = (folder / "README.md").read_text(), json.loads((folder / "settings.json").read_text())
+    scene = load_scene("paper/fig05")
+    for number in (scene.central_body.mu_m3_s2, scene.run.duration_s, *scene.chain.mass_kg, *scene.chain.inertia_kg_m2):
+        assert str(number) in text
+    assert "K = 3 mu J (u.Z)(n.Z)/r^5" in text
+    assert "exp(-(r - R - altitude_m)/H)" in (cases / "effects/drag/README.md").read_text()
+    limits = [each["predictability_limit_s"] for each in facts["accuracies"]]
+    assert limits == sorted(limits)
+    assert limits[0] < limits[-1] <= facts["duration_s"]
+    errors = pd.read_csv(folder / "samples.csv").filter(like="error_")
+    assert len(errors.columns) == 5
+    assert (errors >= 0.0).all(axis=None)
+    assert "MIT License" in (folder / "LICENSE").read_text()
+    ElementTree.parse(folder / "picture.svg")
+
+
+def test_the_model_for_mujoco_is_the_chain_at_its_start(cases):
+    mujoco = pytest.importorskip("mujoco")
+    scene = load_scene("paper/fig05")
+    model = mujoco.MjModel.from_xml_path(str(cases / "paper/fig05/chain.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    adapted = model_of(scene.chain, 1.0)
+    for part in ("body_mass", "body_inertia", "body_ipos", "body_pos", "jnt_type", "jnt_axis", "jnt_bodyid"):
+        assert (getattr(model, part) == getattr(adapted, part)).all(), part
+    assert model.body_mass[1:] @ data.xipos[1:, :2] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert (model.opt.gravity == 0.0).all()
+
+
+def test_a_case_is_not_overwritten_unasked(cases):
+    words = ["export", SCENES[0], "--out", str(cases)]
+    assert "holds a case" in str(CliRunner().invoke(cli, words).exception)
+    assert CliRunner().invoke(cli, [*words, "--overwrite"]).exit_code == 0
+
+
+def test_a_title_with_markup_is_text_in_a_case(tmp_path):
+    scene = (Path(load.__file__).parent / "basics" / "two_bars_free.toml").read_text()
+    title = "*Two* <b>bars</b> [here](https://example.org)"
+    path = tmp_path / "own.toml"
+    path.write_text(re.sub(r"^title = .*$", f'title = "{title}"', scene, count=1, flags=re.MULTILINE))
+    found = CliRunner().invoke(cli, ["export", str(path), "--out", str(tmp_path / "cases")])
+    assert found.exit_code == 0, found.output
+    (page,) = (tmp_path / "cases").rglob("README.md")
+    first = page.read_text().splitlines()[0]
+    assert first == f"# {escape_text(title)}"
+    assert "<b>" not in first
+    assert "[here](" not in first

@@ -1,0 +1,322 @@
+"""Verdicts on files: what diverged, what was written at other times, and what declares no accuracy."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from adapters.common.kepler import propagate
+from adapters.trajectory import to_frame
+from barchain import change_scene, load_scene, simulate
+from barchain.judge.diagnosis.trials import moved_start
+from barchain.judge.local_errors import elastic_decay_1_s
+from barchain.judge.written import Declared
+from barchain.metrics.quantities import differences, drifts
+from barchain.result_files.judging import judge_files
+from barchain.result_files.judging import solution_of as judging_solution
+from barchain.solutions.at_times import solution_at
+from barchain.solutions.reference import closely_sampled
+from barchain.solutions.shipped import shipped_solution
+from reports.results.outcome import Outcome
+from scenarios.scene import Run
+
+FREE = "basics/two_bars_free"
+THREE = "conform/three_bars_gradient"
+NOTHING = Declared()
+TRACK = """
+title = "A particle that falls around the Earth"
+source = "Kepler's equation"
+[central_body]
+mu_m3_s2 = 3.986004415e14
+[orbit]
+altitude_m = 387e3
+speed_factor = 1.05
+[chain]
+bars = 1
+mass_kg = 1000.0
+length_m = 0.001
+angle_deg = 0.0
+[effects]
+gravity = "point"
+[run]
+duration_s = 29000.0
+samples = 301
+"""
+DRAG = TRACK.replace("length_m = 0.001", "length_m = 10.0").replace('gravity = "point"', """gravity = "point"
+[effects.drag]
+density_kg_m3 = 1e-11
+altitude_m = 387e3
+scale_height_m = 5e4
+width_m = 10.0""")  # fmt: skip
+HINGED = """
+title = "Two bars with a spring and a damper"
+source = "closed form"
+[orbit]
+altitude_m = 350e3
+speed_factor = 0.0
+[chain]
+bars = 2
+mass_kg = 3.0
+length_m = 2.0
+angle_deg = 0.0
+rate_factor = 0.0
+[effects]
+gravity = "none"
+[effects.joint_spring_damper]
+stiffness_N_m_rad = 5.0
+damping_N_m_s_rad = 0.25
+[run]
+duration_s = 1.0
+samples = 11
+"""
+
+
+def scene_of(text, tmp_path):
+    (tmp_path / "scene.toml").write_text(text)
+    return load_scene(tmp_path / "scene.toml")
+
+
+@pytest.fixture(scope="module")
+def right():
+    found = simulate(FREE, "reference", rtol=1e-10).to_frame()
+    return found.drop(columns=[name for name in found if name.startswith(("gap", "com_residual", "position"))])
+
+
+@pytest.fixture
+def judged(tmp_path):
+    """Function that writes one or two tables, and judges them."""
+
+    def made(frame, declared=NOTHING, finer=None, scene=FREE, **how):
+        paths = [tmp_path / "run.csv"] + [tmp_path / "finer.csv"] * (finer is not None)
+        for path, each in zip(paths, (frame, finer), strict=False):
+            each.to_csv(path, index=False, **how)
+        return judge_files(scene, *paths, declared=declared, time_limit_s=60.0)
+
+    return made
+
+
+def diverged(frame, kind, growth):
+    """Frame whose columns of a kind leave the right ones by a factor e at each sample in its second half."""
+    grown = np.exp(growth * np.maximum(np.arange(len(frame)) - len(frame) // 2, 0)) - 1.0
+    return frame.assign(**{name: frame[name] * (1.0 + grown) + grown for name in frame if name.startswith(kind)})
+
+
+@pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x", "com_vy"])
+def test_a_diverged_quantity_has_no_error_bar_of_its_own_size(right, judged, kind):
+    wrong = diverged(right, kind, 0.6)
+    assert not judged(wrong, Declared(rtol=1e-9)).passed
+    one = right.copy()
+    column = next(name for name in right if name.startswith(kind))
+    one.loc[150, column] = 1e19
+    assert not judged(one[["t_s", column]], Declared(rtol=1e-9)).passed
+
+
+@pytest.mark.parametrize("declared", [NOTHING, Declared(rtol=1e-9)])
+def test_a_file_that_diverges_at_its_end_agrees_at_no_request_and_is_told_from_when(judged, declared):
+    scene = "conform/three_bars_gradient"
+    frame = simulate(scene, "reference-absolute", rtol=1e-10).to_frame()
+    frame = frame[[name for name in frame if not name.startswith(("gap", "com_residual", "position"))]]
+    moving = [name for name in frame if name.startswith(("angle", "rate", "reaction"))]
+    wrong = frame.astype(float)
+    wrong.loc[len(frame) - 5 :, moving] *= 1e8
+    found = judged(wrong, declared, scene=scene)
+    assert not found.passed
+    assert not any("agrees at" in sentence for sentence in found.advice)
+    assert f"departs at t = {frame.t_s.iloc[-5]:.4g} s" in found.mistakes
+
+
+def test_one_wrong_cell_is_told_by_its_instant(right, judged):
+    wrong = right.copy()
+    wrong.loc[150, "angle_1_rad"] += 1e-3
+    found = judged(wrong, Declared(rtol=1e-9))
+    assert not found.passed
+    assert "One sample is off: angles 0.001 rad of" in found.mistakes
+    assert f"at t = {right.t_s[150]:.4g} s alone" in found.mistakes
+
+
+def test_two_files_whose_invariants_drift_alike_by_chance_pass_as_their_states_do(judged):
+    coarse, fine = (simulate(FREE, "reference", rtol=rtol) for rtol in (1e-7, 1e-8))
+    one, two = (drifts(load_scene(FREE), run)["angular_momentum"][1] for run in (coarse, fine))
+    assert abs(one - two) < 0.1 * one, "the change says less than a fifth of the first sample's drift"
+    assert judged(coarse.to_frame(), finer=fine.to_frame()).passed
+    lost = fine.to_frame().assign(rate_2_rad_s=lambda f: f.rate_2_rad_s * (1.0 + 1e-7 * f.t_s / 2000.0))
+    assert not judged(lost, finer=lost.assign(angle_1_rad=lost.angle_1_rad + 1e-9)).passed
+
+
+def test_what_is_right_in_a_wrong_file_is_not_told_as_wrong(right, judged):
+    found = judged(right.assign(angle_1_rad=right.angle_1_rad + 1e-3 * (right.t_s > 1500.0)))
+    assert not found.passed
+    assert any("attitude" in reason for reason in found.reasons)
+    assert not any(reason.startswith(("rate", "reaction")) for reason in found.reasons)
+
+
+@pytest.mark.parametrize("declared", [NOTHING, Declared(rtol=1e-6)])
+def test_a_quantity_that_is_far_less_accurate_than_the_others_is_told(right, judged, declared):
+    found = judged(right.assign(reaction_1_x_N=right.reaction_1_x_N * (1.0 + 1e-4 * (right.t_s > 1000.0))), declared)
+    assert found.passed
+    assert any("reaction: no better than rtol=" in said for said in (*found.advice, *found.notes))
+    plain = judged(right, declared)
+    assert not any("no better than" in said for said in (*plain.advice, *plain.notes))
+
+
+@pytest.mark.parametrize("declared", [NOTHING, Declared(rtol=1e-9)])
+def test_another_start_of_a_file_that_fails_is_told(right, judged, declared):
+    found = judged(right.assign(angle_1_rad=right.angle_1_rad + 1e-2 * np.cos(right.t_s / 70.0)), declared)
+    assert not found.passed
+    assert "at t = 0 the attitude is 0.01 rad off the scene's start" in found.advice
+
+
+def test_no_start_is_tried_whose_run_would_not_end():
+    scene = load_scene(FREE)
+    amounts = np.zeros(4 + 2 * scene.bars)
+    assert moved_start(scene, True, amounts, np.array([0.0, 10.0])) is not None
+    amounts[-1] = 1e9
+    assert moved_start(scene, True, amounts, np.array([0.0, 10.0])) is None
+
+
+@pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x"])
+def test_two_diverged_files_are_no_estimate_of_each_others_error(right, judged, kind):
+    for order in None, 2.0:
+        found = judged(diverged(right, kind, 0.6), Declared(order=order), diverged(right, kind, 0.55))
+        assert not found.passed
+
+
+def test_a_quantity_that_is_there_and_says_nothing_is_no_pass(right, judged):
+    angles = right[["t_s", "angle_1_rad", "rate_1_rad_s"]].round({"angle_1_rad": 6}).assign(rate_1_rad_s=0.0)
+    found = judged(angles, float_format="%.6f")
+    assert found.outcome is Outcome.INCONSISTENT, "six decimals of a rate are enough"
+    found = judged(angles.assign(rate_1_rad_s="0.0"))
+    assert found.outcome is Outcome.TOO_COARSE
+    assert any("rate" in reason and "last digit" in reason for reason in found.reasons)
+
+
+def test_the_error_bar_at_other_times_contains_keplers_track(tmp_path):
+    scene = scene_of(TRACK, tmp_path)
+    t = np.append(0.0, np.sort(np.random.default_rng(7).uniform(0.0, 29_000.0, 40)))
+    found = solution_at(judging_solution(closely_sampled(scene), 60.0), t)
+    start = found.trajectory.com_m[0], found.trajectory.com_velocity_m_s[0]
+    place, velocity = propagate(scene.central_body.mu_m3_s2, *start, t)
+    for name, seen, kepler in (
+        ("com", found.trajectory.com_m, place),
+        ("com_velocity", found.trajectory.com_velocity_m_s, velocity),
+    ):
+        rounding = 1e3 * np.finfo(float).eps * np.linalg.norm(kepler, axis=1)  # of Kepler's equation after five orbits
+        assert np.all(np.linalg.norm(seen - kepler, axis=1) <= found.error[name] + rounding)
+    assert found.error["com"].max() < 1e-4, "and is far below a metre"
+
+
+def test_the_error_bar_at_other_times_contains_a_run_with_samples_there(tmp_path):
+    scene = closely_sampled(scene_of(DRAG, tmp_path))
+    own = scene.run.samples - 1
+    between = dataclasses.replace(scene, run=Run(scene.run.duration_s, 3 * own + 1))
+    other = simulate(between, "reference-wide", rtol=1e-17).samples(slice(None, None, 31))
+    found = solution_at(judging_solution(scene, 60.0), other.t_s)
+    for name, apart in differences(found.trajectory, other).items():
+        assert np.all(apart <= found.error[name]), name
+
+
+@pytest.mark.parametrize("first_row", [True, False])
+def test_instants_that_are_late_are_named_with_and_without_the_row_of_the_start(judged, first_row):
+    scene = load_scene("conform/three_bars_gradient")
+    motion = solution_at(shipped_solution(scene), np.arange(0.0, 1185.1, 15.0) + 2.5 * (np.arange(80) > first_row - 1))
+    frame = motion.trajectory.to_frame().assign(t_s=np.arange(80) * 15.0)
+    found = judged(frame.filter(regex="t_s|com_|angle|rate"), scene="conform/three_bars_gradient")
+    assert not found.passed
+    assert "2.5 s early" in found.mistakes
+    assert ("after the first row" in found.mistakes) is first_row
+
+
+def test_a_right_file_that_declares_nothing_passes_at_the_accuracy_that_it_has(right, judged):
+    found = judged(right)
+    assert found.passed
+    assert found.advice[0].startswith("agrees at rtol=1e-")
+    wrong = right.assign(**{name: -right[name] for name in right if name.startswith("reaction")})
+    assert "opposite sign" in judged(wrong).mistakes
+    coarse = judged(diverged(right, "angle", 1e-5))
+    assert not coarse.passed
+
+
+def test_a_file_of_another_start_does_not_pass_however_small_the_difference_is(right, judged):
+    found = judged(right.assign(com_x_m=right.com_x_m + 3.0))
+    assert not found.passed
+    said = found.mistakes + " ".join(found.advice)
+    assert "start" in said or "initial" in said or "off" in said
+
+
+def test_a_wrong_file_without_a_part_of_its_track_gets_a_verdict(right, judged):
+    wrong = right.assign(reaction_1_x_N=-right.reaction_1_y_N, reaction_1_y_N=0.0).iloc[::25]
+    assert judged(wrong.drop(columns="com_x_m"), Declared(rtol=1e-9)).outcome is Outcome.INCONSISTENT
+
+
+def test_bars_that_start_at_rest_have_no_factor_of_their_rates(judged):
+    scene = load_scene("paper/fig13")
+    frame = simulate(scene, "reference", rtol=1e-9).to_frame()
+    few = frame[["t_s", *(n for n in frame if n.startswith(("com_", "angle", "rate")) and n != "com_residual_m")]]
+    rates = {name: few[name] + 1e-4 for name in few if name.startswith("rate")}
+    assert not judged(few.assign(**rates), scene="paper/fig13").passed
+
+
+def rounded(kind, size, seed, shared=0.0):
+    """Certified run whose columns of a kind walk at random by a size, (1 + shared) times too large."""
+    frame = to_frame(shipped_solution(closely_sampled(load_scene(THREE))).trajectory)
+    columns = [name for name in frame if name.startswith(kind)]
+    walk = np.random.default_rng(seed).normal(size=(len(frame), len(columns))).cumsum(axis=0) / math.sqrt(len(frame))
+    return frame.assign(
+        **{columns[k]: (1.0 + shared) * frame[columns[k]] + size * walk[:, k] for k in range(len(columns))}
+    )
+
+
+@pytest.mark.parametrize(("kind", "quantity", "size"), [("com_", "com", 5e-6), ("reaction", "reaction", 1e-8)])
+def test_errors_that_are_rounding_are_told_with_a_declaration_with_which_the_files_pass(judged, kind, quantity, size):
+    """5e-6 m are 3300 roundings of 6728 km, as an extrapolation of order 16 in absolute coordinates leaves."""
+    main, finer = (rounded(kind, size, seed) for seed in (1, 2))
+    declared = Declared(order=16.0, absolute=quantity == "com")
+    found = judged(main, declared, finer, THREE)
+    assert found.outcome is Outcome.INCONSISTENT
+    (said,) = found.advice
+    assert said.startswith("Round-off")
+    noise = {quantity: float(said.rpartition(f"--noise {quantity}=")[2])}
+    assert size < noise[quantity] < 10.0 * size
+    assert judged(main, dataclasses.replace(declared, absolute=True, noise=noise), finer, THREE).passed
+
+
+@pytest.mark.parametrize(("size", "shared"), [(1e-6, 3e-12), (1e-2, 0.0)])
+def test_an_error_that_two_files_share_and_one_that_is_far_larger_are_no_rounding(judged, size, shared):
+    main, finer = (rounded("com_x", size, seed, shared) for seed in (1, 2))
+    found = judged(main, Declared(order=16.0, absolute=True), finer, THREE)
+    assert not found.passed
+    assert not any("Round-off" in said for said in found.advice)
+
+
+def test_a_stated_error_bar_is_what_a_file_is_judged_by_however_wide(right, judged):
+    angles = right[["t_s", "angle_1_rad", "angle_2_rad"]]
+    off = angles.assign(angle_1_rad=angles.angle_1_rad + 5e-5 * np.sin(angles.t_s))
+    assert judged(off, Declared(noise={"attitude": 6e-5})).passed
+    assert not judged(off, Declared(noise={"attitude": 1e-6})).passed
+    assert not judged(off, Declared(rtol=1e-9)).passed
+
+
+def test_the_accuracy_that_was_reached_stands_beside_the_requested_one(right, judged):
+    notes = judged(right, Declared(rtol=1e-7)).notes
+    assert any("requested: rtol=1e-07; reached: rtol=1e-1" in note for note in notes)
+
+
+def test_damped_joints_decay_as_the_closed_form_of_two_bars_says(tmp_path):
+    """Bars of inertia J turned against each other by b: J/2 b'' + c b' + k b = 0, its envelope is exp(-c t/J)."""
+    scene = scene_of(HINGED, tmp_path)
+    solution = judging_solution(closely_sampled(scene), 60.0)
+    expected = 0.25 / scene.chain.inertia_kg_m2[0]
+    assert math.isclose(elastic_decay_1_s(solution), expected, rel_tol=1e-9)
+    assert elastic_decay_1_s(shipped_solution(load_scene(FREE))) == 0.0
+
+
+def test_the_diagnosis_of_a_long_file_looks_at_some_of_its_rows_and_says_so(tmp_path):
+    scene = change_scene(load_scene("basics/two_bars_free"), {"run": {"samples": 6001}})
+    frame = simulate(scene, "reference", rtol=1e-13).to_frame()
+    frame["angle_1_rad"] = -frame["angle_1_rad"]
+    frame.to_csv(tmp_path / "long.csv", index=False)
+    found = judge_files(scene, tmp_path / "long.csv", time_limit_s=60.0)
+    assert found.outcome is Outcome.INCONSISTENT
+    assert "bar 1" in found.mistakes
+    assert "mistakes are sought in one of 3 rows, 2001 in all" in found.notes
