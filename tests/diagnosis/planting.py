@@ -11,7 +11,7 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.judge.compare import judge
-from barchain.judge.diagnosis.readings import Reading, Timing
+from barchain.judge.diagnosis.reading import Reading, Timing
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import arrays

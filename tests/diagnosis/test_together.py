@@ -9,7 +9,8 @@ import pytest
 
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
 from barchain.judge.diagnosis.motion.others import others
-from barchain.judge.diagnosis.readings import READINGS, Reading
+from barchain.judge.diagnosis.reading import Reading
+from barchain.judge.diagnosis.readings import READINGS
 from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from tests.diagnosis.planting import RTOL, planted, unequal_chain, verdict_on

@@ -14,7 +14,8 @@ from adapters.registry import ENGINES, Registration
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.mistake import WrongQuantity
 from barchain.judge.diagnosis.motion.others import others
-from barchain.judge.diagnosis.readings import READINGS, Reading
+from barchain.judge.diagnosis.reading import Reading
+from barchain.judge.diagnosis.readings import READINGS
 from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
 from barchain.studies.comparison.run import run_comparison

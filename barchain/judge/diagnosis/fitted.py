@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.readings import PARTS, READINGS, VECTORS, Reading, of, plus, times
+from barchain.judge.diagnosis.array_changes import plus, times
+from barchain.judge.diagnosis.reading import PARTS, VECTORS, Reading
+from barchain.judge.diagnosis.readings import READINGS, of
 from barchain.metrics.quantities import QUANTITY_OF, arrays
 from scenarios import Gravity
 from scenarios.channels import UNITS
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.diagnosis.readings import Change, Right
+    from barchain.judge.diagnosis.reading import Change, Right
     from scenarios import Scene
 
 SCALED = ("reactions", "angles", "rates", "torques", "centre-of-mass", "velocity")

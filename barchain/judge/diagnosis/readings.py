@@ -3,310 +3,59 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property, partial
-from typing import TYPE_CHECKING, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model, initial_state
-from barchain.judge.diagnosis.mistake import Mistake
-from barchain.metrics.quantities import arrays
-from reference_impl.model.kinematics import cross, directions, relative_positions, relative_velocities
-from scenarios.channels import COMPARED
+from barchain.judge.diagnosis.array_changes import (
+    as_text,
+    at_point,
+    backwards,
+    begun_at,
+    differences,
+    exchanged,
+    from_previous,
+    in_axes_at,
+    in_orbital_rates,
+    jumped,
+    jumping,
+    last_alone,
+    longitude_of_bars,
+    longitude_of_chain,
+    minus,
+    ordered,
+    plus,
+    straight,
+    subtracted_from,
+    times,
+    turned,
+    zero_at_start,
+)
+from barchain.judge.diagnosis.reading import (
+    ALL,
+    ANGLE,
+    COM,
+    FORCES,
+    HORIZONTAL_RAD,
+    PARTS,
+    RATE,
+    TORQUE,
+    VECTORS,
+    VELOCITY,
+    WHOLE_TURNS,
+    Reading,
+    Timing,
+    unwrapped,
+)
 from scenarios.toml.effect_tables import EARTH_ROTATION_RAD_S
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from adapters.common.initial_state import InitialState
-    from adapters.trajectory import Array, Trajectory
-    from scenarios import Scene
-
-    Change = Callable[[Array, "Right"], Array]
-    """New values of an array, from the right ones"""
-    Point = Callable[["Right"], tuple[Array, Array]]
-    """Position and velocity of a point, (n, 2) m and m/s"""
-
-REACTION, TORQUE, ANGLE, RATE = "reaction_N", "torque_N_m", "angle_rad", "rate_rad_s"
-COM, VELOCITY, IMPULSE = "com_m", "com_velocity_m_s", "impulse_N_s"
-ALL = tuple(channel.array for channel in COMPARED)
-VECTORS = tuple(channel.array for channel in COMPARED if len(channel.stems) > 1)
-"""Arrays of vectors in inertial axes, (..., 2)"""
-FORCES = (REACTION, IMPULSE)
-WHOLE_TURNS = "angles-with-other-turns"
-"""Name of the mistake that is nothing but whole turns"""
-HORIZONTAL_RAD = -0.5 * math.pi
-"""Direction of the local horizontal relative to the radial direction"""
-
-
-class Part(NamedTuple):
-    """Arrays that are read wrong together."""
-
-    who: str
-    """Noun in the plural"""
-    fields: tuple[str, ...]
-    section: str
-
-
-PARTS = {
-    "reactions": Part("reactions", (REACTION,), "reactions"),
-    "joint-forces": Part("reactions", FORCES, "reactions"),
-    "impulses": Part("impulses", (IMPULSE,), "impulses"),
-    "torques": Part("torques", (TORQUE,), "torques"),
-    "angles": Part("angles", (ANGLE,), "angles"),
-    "rates": Part("rates", (RATE,), "rates"),
-    "angles-and-rates": Part("angles and rates", (ANGLE, RATE), "angles"),
-    "centre-of-mass": Part("positions of the centre of mass", (COM,), "centre-of-mass"),
-    "velocity": Part("velocities of the centre of mass", (VELOCITY,), "centre-of-mass"),
-    "track": Part("centre of mass and its velocity", (COM, VELOCITY), "centre-of-mass"),
-    "velocities": Part("rates and velocities", (RATE, VELOCITY), "rates"),
-}
-
-
-class UnreadableError(Exception):
-    """An array or a unit that a reading is made of is not there."""
-
-
-class Right:
-    """A right motion of n samples, with what its arrays are turned, shifted or counted by; computed once."""
-
-    def __init__(self, scene: Scene, motion: Trajectory) -> None:
-        """Keep the arguments."""
-        self.scene, self.motion = scene, motion
-
-    def array(self, field: str) -> Array:
-        """Array of the motion."""
-        values: Array | None = getattr(self.motion, field)
-        if values is None:
-            raise UnreadableError(field)
-        return values
-
-    def intervals(self, field: str) -> Array:
-        """Slope of an array between samples, (n - 1, ...)."""
-        values, t_s = self.array(field), self.motion.t_s
-        if len(t_s) == 1:
-            raise UnreadableError(field)
-        slope: Array = np.diff(values, axis=0) / np.diff(t_s).reshape(-1, *[1] * (values.ndim - 1))
-        return slope
-
-    @cached_property
-    def start(self) -> InitialState:
-        """Right initial state."""
-        return initial_state(self.scene)
-
-    @cached_property
-    def longitude(self) -> Array:
-        """Longitude of the centre of mass, (n, 1) rad, unwrapped."""
-        return unwrapped(np.arctan2(self.motion.com_m[:, 1], self.motion.com_m[:, 0]))[:, None]
-
-    @cached_property
-    def longitude_rate(self) -> Array:
-        """Rate of the longitude, (n, 1) rad/s."""
-        com = self.motion.com_m
-        with np.errstate(divide="ignore", invalid="ignore"):  # no number at the body's centre: it explains nothing
-            rate: Array = cross(com, self.motion.com_velocity_m_s) / np.sum(com**2, axis=-1)
-        return rate[:, None]
-
-    @cached_property
-    def places(self) -> Array:
-        """Bars' centres from the centre of the body, (n, N, 2) m."""
-        return self.motion.com_m[:, None, :] + relative_positions(chain_model(self.scene), self.array(ANGLE))
-
-    @cached_property
-    def speeds(self) -> Array:
-        """Velocities of the bars' centres, (n, N, 2) m/s."""
-        relative = relative_velocities(chain_model(self.scene), self.array(ANGLE), self.array(RATE))
-        return self.motion.com_velocity_m_s[:, None, :] + relative
-
-    @cached_property
-    def bar_longitudes(self) -> Array:
-        """Longitude of each bar's centre, (n, N) rad, unwrapped."""
-        return unwrapped(np.arctan2(self.places[..., 1], self.places[..., 0]))
-
-    @cached_property
-    def bar_longitude_rates(self) -> Array:
-        """Rate of each bar's longitude, (n, N) rad/s."""
-        rate: Array = cross(self.places, self.speeds) / np.sum(self.places**2, axis=-1)
-        return rate
-
-    def end(self, bar: int, side: float) -> tuple[Array, Array]:
-        """Position and velocity of the left (-1) or right end (+1) of a bar, (n, 2) m and m/s."""
-        along, across = directions(self.array(ANGLE)[:, bar])
-        half_m = side * chain_model(self.scene).half_m[bar]
-        rate = self.array(RATE)[:, bar, None]
-        return self.places[:, bar] + half_m * along, self.speeds[:, bar] + half_m * rate * across
-
-
-@dataclass(frozen=True)
-class Reading(Mistake):
-    """Altered reading of the right motion."""
-
-    changes: Mapping[str, Change]
-    """Change of each altered array of `Trajectory`"""
-    any_turns: bool = False
-    """Whether the angles may differ by whole turns, 2 pi times a constant integer for each bar"""
-
-    def read(self, scene: Scene, motion: Trajectory) -> Trajectory:
-        """Trajectory of an engine with this mistake; the right one where arrays are missing."""
-        right = Right(scene, motion)
-        present = {f: change for f, change in self.changes.items() if getattr(motion, f) is not None}
-        try:
-            return motion.replace(**{f: change(right.array(f), right) for f, change in present.items()})
-        except UnreadableError:
-            return motion
-
-
-@dataclass(frozen=True)
-class Timing(Mistake):
-    """Samples of some channels taken too late or too early."""
-
-    late_samples: float
-    """Delay of the reading: sample k holds the state of sample k minus this number; -1, -1/2, 1/2 or 1"""
-    fields: tuple[str, ...]
-    """Arrays of `Trajectory` that are delayed"""
-
-    def read(self, motion: Trajectory, halves: Trajectory | None) -> Trajectory | None:
-        """Trajectory read with a delay; NaN at the sample that would be outside the run.
-
-        Parameters
-        ----------
-        motion : Trajectory
-            Right motion, n samples.
-        halves : Trajectory, optional
-            The same motion at the samples and half way between them, 2n - 1 samples.
-
-        Returns
-        -------
-        Trajectory or None
-            None for half a sample without `halves`.
-        """
-        steps, n = round(2.0 * self.late_samples), len(motion.t_s)
-        if steps % 2 == 0:
-            dense, rows = motion, np.arange(n) - steps // 2
-        elif halves is not None:
-            dense, rows = halves, 2 * np.arange(n) - steps
-        else:
-            return None
-        inside = (rows >= 0) & (rows < len(dense.t_s))
-        found = {}
-        for field, values in arrays(dense).items():
-            if field in self.fields:
-                found[field] = np.full((n, *values.shape[1:]), np.nan)
-                found[field][inside] = values[rows[inside]]
-        return motion.replace(**found)
-
-
-def unwrapped(angles: Array) -> Array:
-    """Angles (n, ...) without jumps of whole turns between samples; unknown samples stay unknown."""
-    found: Array = np.array(angles)
-    known = ~np.isnan(angles).reshape(len(angles), -1).any(axis=1)
-    found[known] = np.unwrap(angles[known], axis=0)
-    return found
-
-
-def in_axes_at(vectors: Array, angle_rad: Array) -> Array:
-    """Components of vectors (n, ..., 2) in axes at angles (n, ...) rad from the inertial axes."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([c * x + s * y, c * y - s * x], axis=-1)
-
-
-def backwards(values: Array) -> Array:
-    """Values (n, k, ...) from the last bar or joint to the first."""
-    return values[:, ::-1]
-
-
-def as_text(values: Array) -> Array:
-    """Values (n, k, ...) in the order of the numbers of bars or joints as text: 1, 10, 2."""
-    return values[:, sorted(range(values.shape[1]), key=lambda k: str(k + 1))]
-
-
-def exchanged(bar: int) -> Callable[[Array], Array]:
-    """Values (n, k, ...) with a bar, from 1, and the next one in each other's place; as they are without these."""
-
-    def order(values: Array) -> Array:
-        places = np.arange(values.shape[1])
-        if bar < len(places):
-            places[[bar - 1, bar]] = bar, bar - 1
-        return values[:, places]
-
-    return order
-
-
-def ordered(order: Callable[[Array], Array]) -> Change:
-    """Values in another order of bars or joints."""
-    return lambda v, _: order(v)
-
-
-def from_previous(values: Array) -> Array:
-    """Values (n, k, ...) less those of the bar or joint before; the first ones are absolute."""
-    return np.diff(values, axis=1, prepend=0.0)
-
-
-def zero_at_start(values: Array, _: Right) -> Array:
-    """Values with zeros at the first sample."""
-    found = values.copy()
-    found[0] = 0.0
-    return found
-
-
-def unknown_at(rows: list[int], values: Array) -> Array:
-    """Values that are unknown at some samples, where engines differ."""
-    found = values.copy()
-    found[rows] = np.nan
-    return found
-
-
-def last_alone(values: Array, _: Right) -> Array:
-    """Last step of values (n, ...) that stay between steps."""
-    steps = np.diff(values, axis=0, prepend=values[:1])
-    stepped = steps.reshape(len(values), -1).any(axis=1)
-    found: Array = steps[np.maximum.accumulate(np.where(stepped, np.arange(len(values)), 0))]
-    return found
-
-
-def differences(source: str) -> Iterator[tuple[str, Change]]:
-    """Slopes of an array by its samples, with their names."""
-    yield "central", lambda _, m: unknown_at([0, -1], np.gradient(m.array(source), m.motion.t_s, axis=0))
-    yield "forward", lambda _, m: unknown_at([-1], np.concatenate([s := m.intervals(source), s[-1:]]))
-    yield "backward", lambda _, m: unknown_at([0], np.concatenate([(s := m.intervals(source))[:1], s]))
-
-
-def times(factor: float) -> Change:
-    """Values times a factor."""
-    return lambda v, _: factor * v
-
-
-def plus(constant: float | Array) -> Change:
-    """Values and a constant."""
-    return lambda v, _: v + constant
-
-
-def minus(reference: Change) -> Change:
-    """Values less others."""
-    return lambda v, m: v - reference(v, m)
-
-
-def subtracted_from(total: float) -> Change:
-    """A constant less values."""
-    return lambda v, _: total - v
-
-
-def begun_at(point: Point) -> Change:
-    """Positions of a track whose start is taken as that of another point."""
-    return lambda v, m: v - (point(m)[0][0] - m.start.com_m)
-
-
-def at_point(point: Point, which: int) -> Change:
-    """Position (0) or velocity (1) of a point."""
-    return lambda _, m: point(m)[which]
-
-
-def turned(quarters: int) -> Change:
-    """Vectors turned counter-clockwise by quarter turns."""
-    matrix = np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), quarters)
-    return lambda v, _: v @ matrix
+    from collections.abc import Callable, Iterator
+
+    from adapters.trajectory import Array
+    from barchain.judge.diagnosis.array_changes import Point
+    from barchain.judge.diagnosis.reading import Change
 
 
 def of(part: str, name: str, words: str, change: Change, *, turns: bool = False) -> Reading:
@@ -488,15 +237,6 @@ def axes_readings() -> Iterator[Reading]:
             yield of(part, f"mirrored-{name}", f"have {words}", mirror)
 
 
-def in_orbital_rates(values: Array, right: Right) -> Array:
-    """Values over the orbital rate at t = 0; there is no such unit where the chain starts at rest."""
-    rate = right.scene.orbital_rate_rad_s
-    if rate == 0.0:
-        raise UnreadableError("orbital rate")
-    found: Array = values / rate
-    return found
-
-
 def angle_readings() -> Iterator[Reading]:
     """Angles and rates that count from other directions, or relative to other bodies."""
     yield of("rates", "in-orbital-rates", "are in units of the orbital rate at t = 0",
@@ -539,37 +279,6 @@ def jumping_readings() -> Iterator[Reading]:
             yield of("angles", f"jump-with-{name}-longitude-{wrapped}", said, partial(jumped, wrap, whose), turns=True)
 
 
-def longitude_of_chain(right: Right) -> Array:
-    """Longitude of the centre of mass, (n, 1) rad."""
-    return right.longitude
-
-
-def longitude_of_bars(right: Right) -> Array:
-    """Longitude of each bar's centre, (n, N) rad."""
-    return right.bar_longitudes
-
-
-def jumping(wrap: Change, whose: Callable[[Right], Array], offset: float, _: Array, right: Right) -> Array:
-    """Direction by a wrapped longitude, (n, ...) rad.
-
-    Raises
-    ------
-    UnreadableError
-        If the longitude does not jump in the run.
-    """
-    smooth = whose(right)
-    found = wrap(smooth, right)
-    if not np.any(np.abs(np.diff(found - smooth, axis=0)) > math.pi):
-        raise UnreadableError(ANGLE)
-    return found + offset
-
-
-def jumped(wrap: Change, whose: Callable[[Right], Array], values: Array, right: Right) -> Array:
-    """Angles that were made with a wrapped longitude, (n, N) rad."""
-    found: Array = values + jumping(wrap, whose, 0.0, values, right) - whose(right)
-    return found
-
-
 def joint_readings() -> Iterator[Reading]:
     """Reactions in other axes or at other joints, and bars in another order."""
     for name, what, change in JOINTS:
@@ -610,20 +319,6 @@ def sampled_readings() -> Iterator[Reading]:
         who, fields, _ = PARTS[part]
         yield Reading(f"{part}-held-at-start", f"the {who} stay as at the first sample", "samples",
                       dict.fromkeys(fields, lambda v, _: np.repeat(v[:1], len(v), axis=0)))  # fmt: skip
-
-
-def straight(every: int) -> Change:
-    """Samples of a longer interval, with straight lines between; the last one stays beyond it."""
-
-    def change(values: Array, _: Right) -> Array:
-        rows = np.arange(len(values))
-        begin = rows // every * every
-        end = np.minimum(begin + every, begin[-1])
-        share = ((rows - begin) / every).reshape(-1, *(1,) * (values.ndim - 1))
-        found: Array = values[begin] + share * (values[end] - values[begin])
-        return found
-
-    return change
 
 
 READINGS: tuple[Reading, ...] = (

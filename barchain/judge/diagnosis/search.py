@@ -13,7 +13,8 @@ import numpy as np
 from barchain.judge.diagnosis.chance import independent_digits
 from barchain.judge.diagnosis.fitted import at_places, fitted
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, ranked
-from barchain.judge.diagnosis.readings import READINGS, TIMINGS, VECTORS, WHOLE_TURNS, Reading
+from barchain.judge.diagnosis.reading import VECTORS, WHOLE_TURNS, Reading
+from barchain.judge.diagnosis.readings import READINGS, TIMINGS
 from barchain.judge.residuals import worst
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import FIELDS, QUANTITY_OF, arrays, completed, differences
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.diagnosis.readings import Timing
+    from barchain.judge.diagnosis.reading import Timing
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
