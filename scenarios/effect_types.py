@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -91,9 +91,12 @@ class Course(StrEnum):
     """The paper's eq. (28), smooth to the third derivative: 1/2 - 9/16 cos(pi s) + 1/16 cos(3 pi s)"""
     QUINTIC = "quintic"
     """10 s³ - 15 s⁴ + 6 s⁵, smooth to the second derivative"""
+    SPLINE = "spline"
+    """Piece of a table's quintic spline: without rate and acceleration at its ends, smooth to the fourth derivative
+    in between"""
 
     def share(self, s: float) -> tuple[float, float, float]:
-        """Share of a turn at the share `s` of its duration, and two derivatives by `s`; the ends' beyond them."""
+        """Share of a turn from rest to rest at the share `s` of its duration, and two derivatives by `s`."""
         s = min(max(s, 0.0), 1.0)
         if self is Course.QUINTIC:
             rest = 1.0 - s
@@ -110,7 +113,7 @@ class Course(StrEnum):
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn from rest to rest.
+    """A turn from rest to rest, or a piece of a spline.
 
     Attributes
     ----------
@@ -122,12 +125,16 @@ class Turn:
         Start, s.
     course : Course
         Course in time.
+    rates_rad_s, accelerations_rad_s2 : tuple of float
+        Rates and accelerations at both ends of a piece of a spline, rad/s and rad/s²; zero for other turns.
     """
 
     amplitude_rad: float
     duration_s: float
     start_s: float
     course: Course = Course.PAPER
+    rates_rad_s: tuple[float, float] = (0.0, 0.0)
+    accelerations_rad_s2: tuple[float, float] = (0.0, 0.0)
 
     @property
     def end_s(self) -> float:
@@ -136,9 +143,37 @@ class Turn:
 
     def law(self, t_s: float) -> tuple[float, float, float]:
         """Angle gained (rad), its rate (rad/s) and acceleration (rad/s²)."""
-        angle, rate, acceleration = self.course.share((t_s - self.start_s) / self.duration_s)
-        a, w = self.amplitude_rad, 1.0 / self.duration_s
-        return a * angle, a * w * rate, a * w * w * acceleration
+        s, a, w = (t_s - self.start_s) / self.duration_s, self.amplitude_rad, 1.0 / self.duration_s
+        if self.course is not Course.SPLINE:
+            angle, rate, acceleration = self.course.share(s)
+            return a * angle, a * w * rate, a * w * w * acceleration
+        if not 0.0 <= s < 1.0:  # what it has turned through stays; at an instant of two pieces the later one moves
+            return (a if s >= 1.0 else 0.0), 0.0, 0.0
+        c1, c2, c3, c4, c5 = self.coefficients_rad
+        return (
+            s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5)))),
+            w * (c1 + s * (2.0 * c2 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))),
+            w * w * (2.0 * c2 + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5))),
+        )
+
+    @property
+    def coefficients_rad(self) -> tuple[float, float, float, float, float]:
+        """Coefficients of a piece of a spline by the powers 1 to 5 of the share of its duration, rad."""
+        a, length = self.amplitude_rad, self.duration_s
+        v0, v1 = (length * rate for rate in self.rates_rad_s)
+        w0, w1 = (length * length * acceleration for acceleration in self.accelerations_rad_s2)
+        return (
+            v0,
+            0.5 * w0,
+            10.0 * a - 6.0 * v0 - 4.0 * v1 - 1.5 * w0 + 0.5 * w1,
+            -15.0 * a + 8.0 * v0 + 7.0 * v1 + 1.5 * w0 - w1,
+            6.0 * a - 3.0 * v0 - 3.0 * v1 - 0.5 * w0 + 0.5 * w1,
+        )
+
+    @property
+    def reach_rad(self) -> float:
+        """Size of the turn, rad: how far it goes, or would at the rate of either end."""
+        return max(abs(self.amplitude_rad), *(abs(rate) * self.duration_s for rate in self.rates_rad_s))
 
 
 @dataclass(frozen=True)
@@ -163,6 +198,8 @@ class PrescribedRotation:
         Course of the turn in time.
     further : tuple of Turn
         Turns after the first, in the order of time, none beginning before another's end.
+    rates_rad_s, accelerations_rad_s2 : tuple of float
+        Rates and accelerations at both ends of the turn if it is a piece of a spline, rad/s and rad/s².
     """
 
     bar: int
@@ -173,11 +210,14 @@ class PrescribedRotation:
     actuator: Actuator
     course: Course = Course.PAPER
     further: tuple[Turn, ...] = ()
+    rates_rad_s: tuple[float, float] = (0.0, 0.0)
+    accelerations_rad_s2: tuple[float, float] = (0.0, 0.0)
 
     @property
     def turns(self) -> tuple[Turn, ...]:
         """All turns, in the order of time."""
-        return (Turn(self.amplitude_rad, self.duration_s, self.start_s, self.course), *self.further)
+        first = Turn(**{field.name: getattr(self, field.name) for field in fields(Turn)})
+        return (first, *self.further)
 
     def with_turns(self, changed: Callable[[Turn], Turn]) -> PrescribedRotation:
         """Law with every turn changed."""
@@ -429,7 +469,7 @@ SINGLE_NAME_EFFECTS = (
     "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "joint_torque", "impulse",
 )  # fmt: skip
 """Effects that engines declare by one name, without variants"""
-LAW_FORMS = (*Frame, *Actuator, Course.QUINTIC, "several_turns")
+LAW_FORMS = (*Frame, *Actuator, Course.QUINTIC, Course.SPLINE, "several_turns")
 """Variants of prescribed rotations that engines declare by name"""
 EXTENDED_GRAVITY = (Gravity.QUADRUPOLE, Gravity.SLENDER)
 """Models of gravity in which the force on a bar is not that on a point mass"""
@@ -522,8 +562,7 @@ class Effects:
 def forms_of(law: PrescribedRotation) -> Iterator[str]:
     """Those of :data:`LAW_FORMS` that a law has."""
     yield from (law.frame, law.actuator)
-    if any(turn.course is Course.QUINTIC for turn in law.turns):
-        yield Course.QUINTIC
+    yield from sorted({turn.course for turn in law.turns} - {Course.PAPER})
     if law.further:
         yield "several_turns"
 

@@ -36,7 +36,8 @@ LAWS: dict[str, str] = {
     "prescribed_rotation": (
         "Bar `bar` (from 1) turns by a law: with s = (t - start_s)/duration_s, clipped to 0..1, its angle is the one "
         "at t = 0 plus amplitude_rad times (cos 3 pi s - 9 cos pi s + 8)/16 (course = paper) or "
-        "10 s^3 - 15 s^4 + 6 s^5 (quintic), plus the same of each turn in `further`. frame = inertial: it is theta. "
+        "10 s^3 - 15 s^4 + 6 s^5 (quintic), plus the same of each turn in `further`. course = spline: the quintic in s "
+        "with the rates rates_rad_s and accelerations accelerations_rad_s2 at its ends. frame = inertial: it is theta. "
         "frame = local_horizontal: it is theta - omega, omega the longitude of the bar's own centre. "
         "frame = previous_bar: it is theta less theta of the bar before. The torque that makes the bar follow is "
         "unknown like the reactions. actuator = external: it acts on the bar alone; joint: a motor in the joint to the "

@@ -418,6 +418,9 @@ class Scene:
         if "effects" in physics:
             called = physics["effects"]
             for law in called["prescribed_rotation"]:
+                for turn in (law, *law["further"]):  # as before there were splines
+                    if turn["course"] != Course.SPLINE:
+                        del turn["rates_rad_s"], turn["accelerations_rad_s2"]
                 if law["course"] == Course.PAPER and not law["further"]:  # as before there were others
                     del law["course"], law["further"]
             always = ("gravity", "prescribed_rotation")

@@ -26,6 +26,7 @@ from scenarios import Actuator, Course, Frame, Gravity, PrescribedRotation
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
     from scenarios import Scene
+    from scenarios.effect_types import Turn
 
 POINT_PART: dict[Gravity, GravityModel] = {
     Gravity.NONE: "none",
@@ -163,12 +164,18 @@ def chain_model(scene: Scene) -> ChainModel:
     )
 
 
+def bar_turn(turn: Turn) -> BarTurn:
+    """The reference's model of a turn."""
+    spline = turn.coefficients_rad if turn.course is Course.SPLINE else ()
+    return BarTurn(turn.amplitude_rad, turn.duration_s, turn.start_s, turn.course is Course.QUINTIC, spline)
+
+
 def prescription(p: PrescribedRotation) -> Prescription:
     """The reference's model of a prescribed rotation."""
     neighbour = p.bar - 2 if p.bar > 1 else 1  # counted from 0
     return Prescription(
         bar=p.bar - 1,
-        turns=tuple(BarTurn(t.amplitude_rad, t.duration_s, t.start_s, t.course is Course.QUINTIC) for t in p.turns),
+        turns=tuple(map(bar_turn, p.turns)),
         frame=p.frame.value,
         reacts_on=neighbour if p.actuator is Actuator.JOINT else None,
     )

@@ -195,8 +195,10 @@ def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array
         rate = math.pi / turn.duration_s
         moved = max(chain.mass_kg[max(own - 1, 0) : own + 2]) * chain.length_m[own]
         turning = max(moved, chain.inertia_kg_m2[own] / chain.length_m[own])
-        force_N = turning * LAW_PEAK * abs(turn.amplitude_rad) * rate**2
-        for start in (turn.start_s, turn.end_s):
+        force_N = turning * LAW_PEAK * turn.reach_rad * rate**2
+        for start, passing in zip((turn.start_s, turn.end_s), turn.rates_rad_s, strict=True):
+            if passing:  # the next piece of a spline goes on smoothly
+                continue
             again = start_transient(force_N * step_s * rate, rate, step_s, method, t_s - start)
             found = np.maximum(found, again)
     return found

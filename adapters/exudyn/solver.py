@@ -114,7 +114,7 @@ def scales_of(scene: Scene, *, absolute: bool) -> Scales:
     rate *= max(1.0, *map(abs, chain.rate_factor))
     least = min(m * length for m, length in zip(chain.mass_kg, chain.length_m, strict=True)) * rate**2
     turns = [turn for law in scene.effects.prescribed_rotation for turn in law.turns]
-    slews = [abs(turn.amplitude_rad) * (math.pi / turn.duration_s) ** 2 for turn in turns]
+    slews = [turn.reach_rad * (math.pi / turn.duration_s) ** 2 for turn in turns]
     force = max(chain.mass_kg) * scene.size_m * (rate**2 + max(slews, default=0.0))
     if not absolute:
         away = departure(scene)

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         SolarPressure,
         ThirdBody,
         Thrust,
+        Turn,
     )
 
     Named = Iterator[tuple[str, Any]]
@@ -41,7 +42,9 @@ if TYPE_CHECKING:
 PI = "3.14159265358979323846264338327950288419716939937510582097494459"
 BAR = ("mass", "share", "half", "inertia", "end_inertia", "slender")
 """Parameters of a bar: m, m/M, l/2, J about its centre and about an end, and 3 J/(l/2)², a slender bar's mass"""
-LAW = ("amplitude", "rate", "start")
+LAW = ("rate", "start", "amplitude")
+SPLINE = ("rate", "start", "constant", "linear", "square", "cube")
+"""Parameters of a piece of a spline: acceleration by powers of the share of its duration"""
 """Parameters of a law's present turn: amplitude over 16 (zero while the bar is held), pi/t_m, start"""
 BODY = ("pull", "distance", "longitude", "rate")
 AIR = ("density", "radius", "height", "turn", "normal", "tangential")
@@ -137,7 +140,8 @@ class Structure:
         """Index of each parameter by its name, in order."""
         bars = range(self.bars)
         names = ["mu", "surface", *(f"{x}_{j}" for x in BAR for j in bars)]
-        names += [f"law_{k}_{c}_{x}" for k, law in enumerate(self.laws) for c in sorted(law.courses) for x in LAW]
+        for k, law in enumerate(self.laws):
+            names += [f"law_{k}_{c}_{x}" for c in sorted(law.courses) for x in law_parts(c)]
         names += ["oblateness"] if self.oblate else []
         names += [f"body_{k}_{x}" for k in range(self.third_bodies) for x in BODY]
         names += [f"drag_{x}" for x in AIR if self.drag]
@@ -260,6 +264,11 @@ def chain_parameters(scene: Scene, units: HeyokaUnits, number: Number) -> dict[s
     return found
 
 
+def law_parts(course: str) -> tuple[str, ...]:
+    """Parameters of turns of one course."""
+    return SPLINE if course == Course.SPLINE else LAW
+
+
 def turns_of(scene: Scene, middle_s: float, units: HeyokaUnits, number: Number) -> Named:
     """Parameters of the turns that prescribed bars make at an instant."""
     for k, law in enumerate(scene.effects.prescribed_rotation):
@@ -267,11 +276,31 @@ def turns_of(scene: Scene, middle_s: float, units: HeyokaUnits, number: Number) 
             if turn.start_s < middle_s < turn.end_s:
                 length = number(turn.duration_s / units.time_s)
                 start, name = number(turn.start_s / units.time_s), f"law_{k}_{turn.course}"
+                if turn.course is Course.SPLINE:
+                    values = spline_acceleration(turn, length, units, number)
+                    yield from zip((f"{name}_{x}" for x in SPLINE), (number(1.0) / length, start, *values), strict=True)
+                    continue
                 paper = turn.course is Course.PAPER
                 whole, rate = (1.0 / 16.0, number(PI) / length) if paper else (1.0, number(1.0) / length)
                 yield from zip(
-                    (f"{name}_{x}" for x in LAW), (number(turn.amplitude_rad * whole), rate, start), strict=True
+                    (f"{name}_{x}" for x in LAW), (rate, start, number(turn.amplitude_rad * whole)), strict=True
                 )
+
+
+def spline_acceleration(turn: Turn, length: Any, units: HeyokaUnits, number: Number) -> list[Any]:
+    """Acceleration of a piece of a spline by the powers 0 to 3 of the share of its duration.
+
+    From the step, rates and accelerations at the ends, by the quintic that has them.
+    """
+    step = number(turn.amplitude_rad) / (length * length)
+    r0, r1 = (number(rate * units.time_s) / length for rate in turn.rates_rad_s)
+    a0, a1 = (number(acceleration * units.time_s**2) for acceleration in turn.accelerations_rad_s2)
+    return [
+        a0,
+        number(60.0) * step - number(36.0) * r0 - number(24.0) * r1 - number(9.0) * a0 + number(3.0) * a1,
+        number(-180.0) * step + number(96.0) * r0 + number(84.0) * r1 + number(18.0) * a0 - number(12.0) * a1,
+        number(120.0) * step - number(60.0) * (r0 + r1) + number(10.0) * (a1 - a0),
+    ]
 
 
 def oblateness_parameters(oblate: Oblateness, mu: Any, units: HeyokaUnits, number: Number) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.heyoka.bars import SymbolicBar, cross
 from adapters.heyoka.equations import chain_motion
 from adapters.heyoka.loads import SymbolicLoads, SymbolicState, end_force
-from adapters.heyoka.structure import IMPULSE, LAW
+from adapters.heyoka.structure import IMPULSE, law_parts
 from scenarios import Course
 
 if TYPE_CHECKING:
@@ -123,13 +123,18 @@ def centre_offsets(structure: Structure, reach: list[Symbol]) -> list[Symbol]:
 
 
 def law_acceleration(structure: Structure, k: int) -> Symbol:
-    """Second derivative of law k: of eq. (28), of 10 s³ - 15 s⁴ + 6 s⁵, or their sum, of which one is zero."""
+    """Second derivative of law k: the sum of its courses', of which all but that of the present turn are zero."""
     import heyoka as hy
 
     found = []
     for course in sorted(structure.laws[k].courses):
-        amplitude, w, start = (structure.parameter(f"law_{k}_{course}_{x}") for x in LAW)
+        w, start, *parts = (structure.parameter(f"law_{k}_{course}_{x}") for x in law_parts(course))
         x = w * (hy.time - start)
+        if course == Course.SPLINE:
+            constant, linear, square, cube = parts
+            found.append(constant + x * (linear + x * (square + x * cube)))
+            continue
+        (amplitude,) = parts
         paper = course == Course.PAPER
         shape = 9.0 * (hy.cos(x) - hy.cos(3.0 * x)) if paper else 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
         found.append(amplitude * w * w * shape)

@@ -54,7 +54,7 @@ STAGES = {
         "slender_alone quadrupole_alone oblateness_alone third_body_alone drag_alone solar_pressure_alone "
         "solar_shadow_alone joint_springs_alone joint_torque_alone joint_set_point thrust_body thrust_inertial "
         "impulse_alone prescribed_orbital prescribed_inertial prescribed_orbital_joint "
-        "prescribed_inertial_external joint_angle prescribed_turns"
+        "prescribed_inertial_external joint_angle prescribed_turns prescribed_table"
     ),
     TOGETHER: in_folder(
         "one_bar_law one_bar_loads eleven_bars_loads prescribed_neighbours second_moments "

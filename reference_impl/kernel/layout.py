@@ -18,7 +18,7 @@ from reference_impl.model.chain import LAW_FRAMES, ill_conditioned
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
-    from reference_impl.model.chain import ChainModel, GravityModel, Prescription
+    from reference_impl.model.chain import BarTurn, ChainModel, GravityModel, Prescription
 
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
@@ -31,8 +31,9 @@ CONSTANT_ROWS, SCRATCH_ROWS = 10, 25
 GX, GY, RX, RY = 4, 5, 14, 15
 # columns of CompiledChain.laws: c/chain/laws.h
 BAR, REACTS_ON, FRAME, UNIT, FIRST_TURN = range(5)
-AMPLITUDE, DURATION, START, QUINTIC, TURN_COLUMNS = range(5)
-NO_TURN = (0.0, 1.0, 0.0, 0.0)
+AMPLITUDE, DURATION, START, COURSE, CONSTANT, LINEAR, SQUARE, CUBE, TURN_COLUMNS = range(9)
+EQUATION_28, QUINTIC, SPLINE = range(3)
+NO_TURN = (0.0, 1.0, *[0.0] * (TURN_COLUMNS - 2))
 INERTIAL, LOCAL_HORIZONTAL, PREVIOUS_BAR = map(LAW_FRAMES.index, ("inertial", "local_horizontal", "previous_bar"))
 # items of Stepper.clock, and return codes of the stepper: c/steps/stepper.h
 NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT = range(7)
@@ -215,11 +216,19 @@ def compiled_chain(model: ChainModel, number: Number = DOUBLE) -> CompiledChain:
 
 def law_row(model: ChainModel, p: Prescription, most: int) -> list[float]:
     """Row of `CompiledChain.laws` with `most` turns."""
-    turns = [(turn.amplitude_rad, turn.duration_s, turn.start_s, float(turn.quintic)) for turn in p.turns]
+    turns = [turn_row(turn) for turn in p.turns]
     turns += [NO_TURN] * (most - len(turns))
     reacts_on = -1 if p.reacts_on is None else p.reacts_on
     unit = float(model.inertia_kg_m2[p.bar]) ** 0.5
     return [p.bar, reacts_on, LAW_FRAMES.index(p.frame), unit, *(x for turn in turns for x in turn)]
+
+
+def turn_row(turn: BarTurn) -> tuple[float, ...]:
+    """Columns of one turn."""
+    course = SPLINE if turn.spline_rad else QUINTIC if turn.quintic else EQUATION_28
+    _, *second = turn.spline_rad or [0.0] * 5
+    by_power = (n * (n - 1.0) * c / turn.duration_s**2 for n, c in enumerate(second, 2))
+    return (turn.amplitude_rad, turn.duration_s, turn.start_s, course, *by_power)
 
 
 def refined(chain: CompiledChain) -> CompiledChain:

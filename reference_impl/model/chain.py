@@ -32,16 +32,21 @@ def ill_conditioned(inverse_mass: Array, compliance: Array) -> NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class BarTurn:
-    """A turn from rest to rest: by eq. (28), or by 10 s³ - 15 s⁴ + 6 s⁵."""
+    """A turn from rest to rest, by eq. (28) or by 10 s³ - 15 s⁴ + 6 s⁵; or a piece of a quintic spline."""
 
     amplitude_rad: float
     duration_s: float
     start_s: float
     quintic: bool = False
+    spline_rad: tuple[float, ...] = ()
+    """Coefficients of a piece of a spline by the powers 1 to 5 of s; none for other turns. At an instant of two pieces
+    the later one moves"""
 
     def angle_rad(self, t_s: float) -> float:
         """Angle gained, eq. (28)."""
         s = self._progress(t_s)
+        if self.spline_rad:
+            return self.amplitude_rad if s == 1.0 else self._spline(t_s, 0)
         if self.quintic:
             return self.amplitude_rad * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
         x = math.pi * s
@@ -49,6 +54,8 @@ class BarTurn:
 
     def rate_rad_s(self, t_s: float) -> float:
         """First derivative."""
+        if self.spline_rad:
+            return self._spline(t_s, 1)
         s = self._progress(t_s)
         if self.quintic:
             return self.amplitude_rad / self.duration_s * 30.0 * (s * (1.0 - s)) ** 2
@@ -56,12 +63,23 @@ class BarTurn:
         return self.amplitude_rad / 16.0 * w * (9.0 * math.sin(x) - 3.0 * math.sin(3.0 * x))
 
     def acceleration_rad_s2(self, t_s: float) -> float:
-        """Second derivative, continuous and zero at both ends."""
+        """Second derivative, continuous; zero at both ends but those of a piece of a spline."""
+        if self.spline_rad:
+            return self._spline(t_s, 2)
         s = self._progress(t_s)
         if self.quintic:
             return self.amplitude_rad / self.duration_s**2 * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
         x, w = math.pi * s, math.pi / self.duration_s
         return self.amplitude_rad / 16.0 * w * w * 9.0 * (math.cos(x) - math.cos(3.0 * x))
+
+    def _spline(self, t_s: float, derivative: int) -> float:
+        s = (t_s - self.start_s) / self.duration_s
+        if not 0.0 <= s < 1.0:
+            return 0.0
+        found = 0.0
+        for power in range(5, max(derivative, 1) - 1, -1):
+            found = found * s + math.perm(power, derivative) * self.spline_rad[power - 1]
+        return (found if derivative else found * s) / self.duration_s**derivative
 
     def _progress(self, t_s: float) -> float:
         return min(max((t_s - self.start_s) / self.duration_s, 0.0), 1.0)

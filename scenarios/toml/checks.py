@@ -43,12 +43,12 @@ def check_prescriptions(scene: SceneTables) -> Iterator[str]:
                 f'{where}: bar {p.bar} has a law already, with frame = "{others[0].frame}" and actuator = '
                 f'"{others[0].actuator}"; "{p.frame}" and "{p.actuator}" given, allowed: the same'
             )
-        end_s = p.start_s + p.duration_s
-        beside = next((o for o in others if o.start_s < end_s and p.start_s < o.start_s + o.duration_s), None)
+        start_s, end_s = p.ends_s
+        beside = next((o.ends_s for o in others if o.ends_s[0] < end_s and start_s < o.ends_s[1]), None)
         if beside is not None:
             yield (
-                f"{where}.start_s: bar {p.bar} is turned by another table from {beside.start_s:g} to "
-                f"{beside.start_s + beside.duration_s:g} s; allowed: one turn after the other"
+                f"{where}.{'start_s' if p.times_s is None else 'times_s'}: bar {p.bar} is turned by another table from "
+                f"{beside[0]:g} to {beside[1]:g} s; allowed: one turn after the other"
             )
         if p.actuator == "joint" and scene.chain.bars == 1:
             yield f'{where}.bar: actuator "joint" needs a neighbouring bar, and the chain has one bar'

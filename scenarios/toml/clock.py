@@ -45,9 +45,9 @@ def later(table: EffectsTable, start_s: float) -> EffectsTable:
                 "before it or after it"
             )
     laws = [later_turn(i, law, start_s) for i, law in enumerate(table.prescribed_rotation)]
-    moving = {law.bar for law in laws if law.amplitude_deg}
+    moving = {law.bar for law in laws if law.amplitude_deg != 0.0}
     return table.model_copy(update={
-        "prescribed_rotation": [law for law in laws if law.amplitude_deg or law.bar not in moving],
+        "prescribed_rotation": [law for law in laws if law.amplitude_deg != 0.0 or law.bar not in moving],
         "joint_spring_damper": springs and later_set_points(springs, start_s),
         "joint_torque": [one for one in motors if one is not None],
         "thrust": [one for one in thrusts if one is not None],
@@ -62,15 +62,17 @@ def later_impulse(impulse: ImpulseTable, start_s: float) -> ImpulseTable:
 
 def later_turn(number: int, law: PrescribedRotationTable, start_s: float) -> PrescribedRotationTable:
     """Prescribed rotation that begins after the start, or one that is over and holds its bar."""
-    begins_s, ends_s = law.start_s - start_s, law.start_s + law.duration_s - start_s
-    if begins_s >= 0.0:
-        return law.model_copy(update={"start_s": begins_s})
-    if ends_s > 0.0:
+    begins_s, ends_s = law.ends_s
+    if begins_s >= start_s:
+        times = law.times_s and [t - start_s for t in law.times_s]
+        return law.model_copy(update={"times_s": times} if times else {"start_s": begins_s - start_s})
+    if ends_s > start_s:
         raise ValueError(
             f"effects.prescribed_rotation[{number}]: bar {law.bar} is being turned at the start, run.start_s = "
-            f"{start_s:g} s; allowed: up to {law.start_s:g} s, or from {law.start_s + law.duration_s:g} s on"
+            f"{start_s:g} s; allowed: up to {begins_s:g} s, or from {ends_s:g} s on"
         )
-    return law.model_copy(update={"start_s": 0.0, "amplitude_deg": 0.0})
+    held = {"start_s": 0.0, "duration_s": ends_s - begins_s, "amplitude_deg": 0.0, "times_s": None, "angle_deg": None}
+    return law.model_copy(update=held)
 
 
 def later_set_points(springs: JointSpringDamperTable, start_s: float) -> JointSpringDamperTable:

@@ -58,14 +58,23 @@ class Table(BaseModel):
 
 
 class PrescribedRotationTable(Table):
-    """Turn of one bar, or of a joint, by a law. Several of one bar, one after the other, are one law."""
+    """Turn of one bar, or of a joint, by a law or a table. Several of one bar, one after the other, are one law."""
 
     bar: int = Field(ge=1, description="which bar, counted from 1")
-    amplitude_deg: Finite = Field(description="angle turned through, degrees")
-    duration_s: Positive = Field(description="time of the manoeuvre, s")
-    start_s: NotNegative = Field(0.0, description="when it starts, s; the bar is held before and after")
-    course: Literal["paper", "quintic"] = Field(
-        "paper", description="course in time: that of the paper's eq. (28), or 10 s^3 - 15 s^4 + 6 s^5"
+    amplitude_deg: Finite | None = Field(None, description="angle turned through, degrees")
+    duration_s: Positive | None = Field(None, description="time of the turn, s")
+    start_s: NotNegative | None = Field(
+        None, description="when it starts, s; 0 by default; the bar is held before and after"
+    )
+    course: Literal["paper", "quintic"] | None = Field(
+        None, description="course in time: that of the paper's eq. (28), the default, or 10 s^3 - 15 s^4 + 6 s^5"
+    )
+    times_s: list[NotNegative] | None = Field(
+        None, max_length=MOST_POINTS, description="increasing instants of a table, s, in place of the four keys above"
+    )
+    angle_deg: list[Finite] | None = Field(
+        None,
+        description="angle turned through up to each of times_s, degrees, the first 0: a quintic spline in between",
     )
     frame: Literal["inertial", "local_horizontal", "previous_bar"] = Field(
         "local_horizontal",
@@ -96,6 +105,37 @@ class PrescribedRotationTable(Table):
                 f'frame = "previous_bar" is the angle of a joint: actuator = "{self.actuator}" given, allowed: "joint"'
             )
         return self
+
+    @model_validator(mode="after")
+    def law_or_table(self) -> PrescribedRotationTable:
+        """Check that there is an amplitude with its duration, or a table alone."""
+        turn = {name: getattr(self, name) for name in ("amplitude_deg", "duration_s", "start_s", "course")}
+        if self.times_s is None and self.angle_deg is None:
+            missing = [name for name in ("amplitude_deg", "duration_s") if turn[name] is None]
+            if missing:
+                raise ValueError(
+                    f"{missing[0]} is missing: give amplitude_deg and duration_s, or times_s and angle_deg"
+                )
+            return self
+        if self.times_s is None or self.angle_deg is None:
+            raise ValueError("give lists as both times_s and angle_deg")
+        beside = [name for name, value in turn.items() if value is not None]
+        if beside:
+            raise ValueError(f"{beside[0]} is given beside a table; times_s and angle_deg say all")
+        check_instants("angle_deg", self.times_s, self.angle_deg)
+        if self.angle_deg[0] != 0.0:
+            raise ValueError(
+                f"angle_deg counts from the start of the table: {self.angle_deg[0]:g} given first, allowed: 0"
+            )
+        return self
+
+    @property
+    def ends_s(self) -> tuple[float, float]:
+        """Start and end of the turn, s."""
+        if self.times_s is not None:
+            return self.times_s[0], self.times_s[-1]
+        start_s = self.start_s or 0.0
+        return start_s, start_s + (self.duration_s or 0.0)
 
 
 class OblatenessTable(Table):

@@ -35,7 +35,7 @@ from scenarios.effect_types import (
 )
 from scenarios.limits import MOST_MAGNITUDE
 from scenarios.scene import ENDS, CentralBody, Chain, Run, Scene, orbital_rate_rad_s, period_s, start_radius_m
-from scenarios.toml.alignment import NEAR, on_sample, table_on_samples, turn_on_samples
+from scenarios.toml.alignment import NEAR, on_sample, span, table_on_samples, turn_on_samples
 from scenarios.toml.clock import later, turned
 from scenarios.toml.effect_tables import THIRD_BODIES, each
 from scenarios.toml.orbit_forms import orbit_of
@@ -43,13 +43,14 @@ from scenarios.toml.scene_tables import MATERIAL_KEYS
 from scenarios.toml.start import start_note
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from scenarios.scene import Array, Orbit
     from scenarios.toml.effect_tables import (
         EffectsTable,
         JointSpringDamperTable,
         JointTorqueTable,
+        PrescribedRotationTable,
         Table,
         ThirdBodyTable,
         ThrustTable,
@@ -195,9 +196,10 @@ def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, ba
     run_s = float(times_s[-1])
     for i, law in enumerate(table.prescribed_rotation):
         with located(f"effects.prescribed_rotation[{i}]"):
-            start_s, duration_s = turn_on_samples(law.start_s, law.duration_s, times_s)
-        one = converted(PrescribedRotation, law, start_s=start_s, duration_s=duration_s, further=())
-        laws.setdefault(law.bar, []).append(one)
+            turns = turns_of(law, times_s)
+        for turn in turns:
+            one = converted(PrescribedRotation, law, **vars(turn), further=())
+            laws.setdefault(law.bar, []).append(one)
     for i, third in enumerate(table.third_body):
         with located(f"effects.third_body[{i}].distance_m"):
             bodies.append(resolve_third_body(third, body, radius0_m))
@@ -226,10 +228,77 @@ def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, ba
     )
 
 
+def turns_of(table: PrescribedRotationTable, times_s: Array) -> list[Turn]:
+    """Turn of a table, or the pieces of its spline; their ends are moved to samples next to them.
+
+    Raises
+    ------
+    ValueError
+        If two ends are next to the same sample.
+    """
+    if table.times_s is None or table.angle_deg is None:
+        start_s, duration_s = turn_on_samples(table.start_s or 0.0, table.duration_s or 0.0, times_s)
+        amplitude_rad = math.radians(table.amplitude_deg or 0.0)
+        return [Turn(amplitude_rad, duration_s, start_s, Course(table.course or Course.PAPER))]
+    knots = table_on_samples(table.times_s, times_s)
+    lengths = [span(a, b) for a, b in itertools.pairwise(knots)]
+    angles = [math.radians(b - a) for a, b in itertools.pairwise(table.angle_deg)]
+    rates, accelerations = spline(lengths, angles)
+    parts = zip(angles, lengths, knots, itertools.pairwise(rates), itertools.pairwise(accelerations), strict=False)
+    return [Turn(angle, length, start, Course.SPLINE, *ends) for angle, length, start, *ends in parts]
+
+
+def spline(lengths: Sequence[float], steps: Sequence[float]) -> tuple[list[float], list[float]]:
+    """Rates and accelerations at the knots of a quintic spline with some lengths and steps, zero at both ends.
+
+    The third and fourth derivatives are continuous at the inner knots: a banded system of two equations for each, in
+    units of the mean length. It is solved here, in Python's own arithmetic: a library's last digits differ from machine
+    to machine, and with them the digest of the scene.
+    """
+    unit = sum(lengths) / len(lengths)
+    pieces = [(length / unit, step) for length, step in zip(lengths, steps, strict=True)]
+    system = list[dict[int, float]]()
+    right = list[float]()
+    for k, ((h, d), (g, e)) in enumerate(itertools.pairwise(pieces)):
+        before, here, after = 2 * k - 2, 2 * k, 2 * k + 2  # places of a rate; that of the acceleration is the next
+        system.append({
+            before: 14.0 / h**3, before + 1: 2.0 / h**2,
+            here: 16.0 / h**3 + 16.0 / g**3, here + 1: 3.0 / g**2 - 3.0 / h**2,
+            after: 14.0 / g**3, after + 1: -2.0 / g**2,
+        })  # fmt: skip
+        right.append(30.0 * (d / h**4 + e / g**4))
+        system.append({
+            before: -8.0 / h**2, before + 1: -1.0 / h,
+            here: 12.0 / g**2 - 12.0 / h**2, here + 1: 3.0 / h + 3.0 / g,
+            after: 8.0 / g**2, after + 1: -1.0 / g,
+        })  # fmt: skip
+        right.append(20.0 * (e / g**3 - d / h**3))
+    found = solved(system, right)
+    rates, accelerations = ([0.0, *found[i::2], 0.0] for i in (0, 1))
+    return [rate / unit for rate in rates], [acceleration / unit**2 for acceleration in accelerations]
+
+
+def solved(system: list[dict[int, float]], right: list[float]) -> list[float]:
+    """Solution of a banded system by elimination: rows as coefficients by column; what is outside the system is 0."""
+    n = len(right)
+    for i, row in enumerate(system):
+        for below in range(i + 1, min(i + 4, n)):
+            factor = system[below].get(i, 0.0) / row[i]
+            for column, value in row.items():
+                if column > i:
+                    system[below][column] = system[below].get(column, 0.0) - factor * value
+            right[below] -= factor * right[i]
+    found = [0.0] * n
+    for i in reversed(range(n)):
+        known = sum(value * found[column] for column, value in system[i].items() if i < column < n)
+        found[i] = (right[i] - known) / system[i][i]
+    return found
+
+
 def one_law(turns: list[PrescribedRotation]) -> PrescribedRotation:
     """Law of one bar from those of its single turns."""
     first, *others = sorted(turns, key=lambda one: one.start_s)
-    further = (Turn(o.amplitude_rad, o.duration_s, o.start_s, o.course) for o in others)
+    further = (o.turns[0] for o in others)
     return dataclasses.replace(first, further=tuple(further))
 
 

@@ -90,12 +90,22 @@ def scene_data(scene: Scene) -> Data:
 
 
 def turn_tables(law: PrescribedRotation) -> Iterator[Data]:
-    """Tables of the turns of a law; the paper's course is the default."""
+    """Tables of the turns of a law; the paper's course is the default, and pieces of one spline are one table."""
+    points: list[tuple[float, float]] = []
     for turn in law.turns:
         found = table(dataclasses.replace(law, **vars(turn), further=()))
-        del found["further"]
+        del found["further"], found["rates_rad_s"], found["accelerations_rad_s2"]
         if turn.course is Course.PAPER:
             del found["course"]
+        if turn.course is Course.SPLINE:
+            points = points or [(turn.start_s, 0.0)]
+            points.append((turn.end_s, points[-1][1] + found["amplitude_deg"]))
+            if turn.rates_rad_s[1] != 0.0:  # it goes on
+                continue
+            for key in ("amplitude_deg", "duration_s", "start_s", "course"):
+                del found[key]
+            found |= {"times_s": [t for t, _ in points], "angle_deg": [angle for _, angle in points]}
+            points = []
         yield found
 
 

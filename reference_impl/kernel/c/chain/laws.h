@@ -18,9 +18,15 @@ enum turn_columns {
     AMPLITUDE, /* rad; 0 where a law has no further turn */
     DURATION,  /* s */
     START,     /* s */
-    QUINTIC,   /* 1: 10 s^3 - 15 s^4 + 6 s^5; 0: eq. (28) */
+    COURSE,    /* law_courses */
+    CONSTANT,  /* rad/s^2: acceleration of a piece of a spline by the powers 0 to 3 of s */
+    LINEAR,
+    SQUARE,
+    CUBE,
     TURN_COLUMNS
 };
+
+enum law_courses { EQUATION_28, QUINTIC, SPLINE };
 
 enum law_frames { INERTIAL, LOCAL_HORIZONTAL, PREVIOUS_BAR };
 
@@ -30,8 +36,12 @@ static inline const real *law_of(const chain *chain, int64_t k) { return chain->
 static real turn_acceleration(const real *turn, real t_s)
 {
     real progress = (t_s - turn[START]) / turn[DURATION];
+    if (turn[COURSE] == SPLINE) /* the later one of two pieces moves at their common instant */
+        return progress < 0.0 || progress >= 1.0
+                   ? 0.0
+                   : turn[CONSTANT] + progress * (turn[LINEAR] + progress * (turn[SQUARE] + progress * turn[CUBE]));
     progress = smaller(1.0, larger(0.0, progress));
-    if (turn[QUINTIC] != 0.0) {
+    if (turn[COURSE] == QUINTIC) {
         real rest = 1.0 - progress;
         return turn[AMPLITUDE] / (turn[DURATION] * turn[DURATION]) * 60.0 * progress * rest * (rest - progress);
     }
