@@ -19,7 +19,7 @@ import numpy as np
 
 from adapters.common.initial_state import chain_model
 from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
-from reference_impl.model.effect import EffectState
+from reference_impl.model.effect import EffectRows
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations, point_field
 from reference_impl.model.state import State
 
@@ -288,19 +288,16 @@ class Equations:
         return found
 
 
-class StateRows(EffectState):
-    """States of equations as one input of effects: (k, N) arrays, and (k, 1) of the chain."""
+class StateRows(EffectRows):
+    """States of equations as one input of effects."""
 
     def __init__(self, equations: Equations, rate: Array | None = None) -> None:
         """Lay out the states, maybe with other rates of the bars beside the same velocities."""
         s, place, drift = equations.states, equations.place, equations.drift
-        com, velocity = (as_vectors(z[:, None]) for z in (s.com, s.velocity))
+        com, velocity = (as_vectors(z) for z in (s.com, s.velocity))
         turning = s.rate if rate is None else rate
         state = State(com, velocity, s.angle, turning, as_vectors(place), as_vectors(drift))
-        super().__init__(equations.model, s.t_s[:, None], state, s.unit)  # type: ignore[arg-type]  # of each state
-        self.com = s.com[:, None]  # type: ignore[assignment]  # of each state
-        self.velocity = s.velocity[:, None] + drift
-        self.zero_acceleration, self.zero_angular = equations.zero.force, equations.zero.torque
+        super().__init__(equations.model, s.t_s, state, s.unit)
 
 
 def is_same(a: ChainEffect, b: ChainEffect) -> bool:

@@ -27,10 +27,11 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
-from reference_impl.model.complex_vectors import unit_along
-from reference_impl.model.effect import EffectState
+from reference_impl.model.complex_vectors import as_vectors, unit_along
+from reference_impl.model.effect import EffectRows
 from reference_impl.model.gravity import field_differences
-from reference_impl.model.kinematics import consistent_state, relative_positions
+from reference_impl.model.kinematics import relative_positions, relative_velocities
+from reference_impl.model.state import State
 from reports.results.comparison import PARTED_RAD
 from scenarios import Axes, Gravity
 
@@ -44,8 +45,7 @@ if TYPE_CHECKING:
     from reference_impl.model.effect import ChainEffect
     from scenarios import Scene, ThirdBody
 
-    Instants = float | Array
-    AccelerationField = Callable[[Instants, Array], Array]
+    AccelerationField = Callable[[Array, Array], Array]
 
 FIELD_EFFECTS = frozenset({"quadrupole", "slender", "oblateness", "third_body"})
 """Effects whose force on a bar depends on its place"""
@@ -262,7 +262,7 @@ def excess_acceleration(
     Returns
     -------
     callable
-        Function of instants (...), s, and of places of the centre of mass, (..., 2) m; returns (..., 2) m/s².
+        Function of instants (k,), s, and of places of the centre of mass, (k, 2) m; returns (k, 2) m/s².
     """
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
@@ -270,8 +270,8 @@ def excess_acceleration(
     knots = every_nth(len(t), every)
     angle = CubicHermiteSpline(t[knots], trajectory.angle_rad[knots], trajectory.rate_rad_s[knots])
 
-    def acceleration(time: Instants, z: Array) -> Array:
-        found: Array = model.weight @ field_differences(mu, z[..., None, :], relative_positions(model, angle(time)))
+    def acceleration(times_s: Array, z: Array) -> Array:
+        found: Array = model.weight @ field_differences(mu, z[:, None, :], relative_positions(model, angle(times_s)))
         return found
 
     acting = [
@@ -296,13 +296,12 @@ def effect_acceleration(
     """Mean acceleration of the bars by some effects, less the part common to all bars, along a motion, m/s²."""
     velocity, rate = com.derivative(), angle.derivative()
 
-    def mean_effect(time: Instants, z: Array) -> Array:
-        if isinstance(time, np.ndarray):
-            return np.array([mean_effect(float(t), place) for t, place in zip(time, z, strict=True)])
-        state = consistent_state(model, z, velocity(time), angle(time), rate(time))
-        at = EffectState(model, time, state, unit_along(state.angle_rad))
-        mean = sum((effect.accelerations(at, None).difference @ model.weight for effect in acting), 0j)
-        return np.array([mean.real, mean.imag])
+    def mean_effect(times_s: Array, z: Array) -> Array:
+        angles, rates = angle(times_s), rate(times_s)
+        places, motions = relative_positions(model, angles), relative_velocities(model, angles, rates)
+        state = State(z, velocity(times_s), angles, rates, places, motions)
+        at = EffectRows(model, times_s, state, unit_along(angles))
+        return as_vectors(sum((effect.accelerations(at, None).difference @ model.weight for effect in acting), 0j))
 
     return mean_effect
 
@@ -318,11 +317,11 @@ class TidalGradient:
     body: ThirdBody | None = None
     """Third body that attracts; None for the central body"""
 
-    def __call__(self, t_s: Instants, place_m: Array) -> Array:
+    def __call__(self, t_s: Array, place_m: Array) -> Array:
         """Change of the acceleration per small displacement, (..., 2, 2) 1/s², at places (..., 2) and instants."""
         y = place_m
         if self.body is not None:
-            longitude = self.body.longitude_rad + self.body.rate_rad_s * np.asarray(t_s)
+            longitude = self.body.longitude_rad + self.body.rate_rad_s * t_s
             y = place_m - self.body.distance_m * np.stack([np.cos(longitude), np.sin(longitude)], axis=-1)
         r = np.linalg.norm(y, axis=-1)[..., None, None]
         outer = y[..., :, None] * y[..., None, :]

@@ -145,6 +145,17 @@ class EffectState:
         return np.zeros(self.model.bars)
 
 
+class EffectRows(EffectState):
+    """Many states of a chain as one input of effects: (k, N) arrays, and (k, 1) of the chain."""
+
+    def __init__(self, model: ChainProperties, t_s: Array, state: State, unit: ComplexArray) -> None:
+        """Store states at `t_s`, (k,) s: vectors of the chain are (k, 2), of the bars (k, N, 2), `unit` is (k, N)."""
+        super().__init__(model, t_s[:, None], state, unit)  # type: ignore[arg-type]  # of each state
+        self.com = as_complex(state.com_m)[:, None]  # type: ignore[assignment]  # of each state
+        self.velocity = as_complex(state.com_velocity_m_s)[:, None] + as_complex(state.velocity_m_s)
+        self.zero_acceleration, self.zero_angular = np.zeros(unit.shape, complex), np.zeros(unit.shape)
+
+
 EDGE_ON = 1e-12
 """Sine of the angle by which a face may be turned away before its mode changes.
 
