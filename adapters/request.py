@@ -19,8 +19,8 @@ from adapters.common.accuracy_scales import accuracy_scales
 from adapters.common.equal_steps import step_s
 from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, Setting
+from scenarios.effect_equations import laws_of
 from scenarios.effect_types import Effects  # noqa: TC001  # pydantic reads it
-from scenarios.laws import laws_of
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
 
 if TYPE_CHECKING:

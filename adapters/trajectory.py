@@ -164,7 +164,7 @@ class Trajectory:
         frame = to_frame(self)
         if not derived:
             return frame
-        from scenarios.display import renderer
+        from scenarios.hooks import renderer
 
         compute = renderer("derived")
         if compute is None:
@@ -226,7 +226,7 @@ class Trajectory:
 
     def _repr_html_(self) -> str | None:
         """Charts and size for a notebook; None, so the text alone, before any public name of barchain is used."""
-        from scenarios.display import html
+        from scenarios.hooks import html
 
         return html("trajectory", self.to_frame(), self.ended, self.info, (self.scene, self.engine, self.setting))
 
@@ -260,7 +260,7 @@ class Trajectory:
         ValueError
             If no sample is at that instant, or the engine gives no angles or rates; the message tells what there is.
         """
-        from scenarios.toml.continuation import SAME_INSTANT, state_tables
+        from scenarios.toml.start_table import SAME_INSTANT, state_tables
 
         if self.angle_rad is None or self.rate_rad_s is None:
             raise ValueError(
@@ -293,7 +293,7 @@ def drawing(kind: str) -> Callable[..., Any]:
     RuntimeError
         Before any public name of barchain is used.
     """
-    from scenarios.display import renderer
+    from scenarios.hooks import renderer
 
     found = renderer(kind)
     if found is None:

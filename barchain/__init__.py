@@ -91,7 +91,7 @@ def __getattr__(name: str) -> object:
         found: object = import_module("importlib.metadata").version("barchain")
     elif name in MODULES:
         found = getattr(import_module(MODULES[name]), name)
-        import_module("scenarios.display").register(RENDERERS)
+        import_module("scenarios.hooks").register(RENDERERS)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = found

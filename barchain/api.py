@@ -24,12 +24,12 @@ from barchain.arguments import (
     scene_list,
 )
 from barchain.record.claim import locked_if_there
-from barchain.runs.advice import default_engine, failure_advice
 from barchain.runs.asking import declarations_of
 from barchain.runs.choices import choose_setting, chosen_engines
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import WORKERS_S, LocalProcesses, chosen_executor
 from barchain.runs.job import TIME_LIMIT_S, Job, Role
+from barchain.runs.other_settings import default_engine, failure_advice
 from barchain.runs.tasks import run_jobs
 from reports.results.outcome import Outcome
 from scenarios import Scene, check_scene, load_scene, scene_names
@@ -311,7 +311,7 @@ def rows(folder: Path | str) -> pd.DataFrame:
     DamagedResultsError, SchemaVersionError
         If a table is damaged, or the results are of another schema version.
     """
-    from reports.results.measured import rows_of  # noqa: PLC0415  # a single run needs no tables
+    from reports.results.studies import rows_of  # noqa: PLC0415  # a single run needs no tables
 
     check(FOLDER, folder=folder)
     return rows_of(Path(folder))

@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 
 from adapters.common.initial_state import initial_state
 from adapters.trajectory import Trajectory
-from barchain.judge.diagnosis.agreement import agreed
+from barchain.judge.diagnosis.across_scenes import agreed
 from barchain.judge.diagnosis.diagnose import Diagnosis
 from barchain.judge.diagnosis.mistake import indistinguishable
 from barchain.judge.diagnosis.own_motion import OwnMotion

@@ -1,4 +1,6 @@
-"""Rendering of stored result tables as HTML, independent of engines and scenes.
+"""Stored results, their form, reading and writing (`results`), and their pages, charts and animations.
+
+Nothing here knows engines.
 
 :mod:`reports.render` makes the pages. It is not imported here: plots take a second to import, and every worker process
 imports this package for the outcomes.

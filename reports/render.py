@@ -9,7 +9,7 @@ from reports.chapters.comparison.report import write_report
 from reports.page import fitting, surroundings, templates
 from reports.results import comparison
 from reports.results.comparison import read_results
-from reports.results.measured import STUDIES, no_results
+from reports.results.studies import STUDIES, no_results
 from reports.results.writing import write_atomically
 from reports.text.glossary import Glossary
 

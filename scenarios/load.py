@@ -14,12 +14,12 @@ from scenarios.named_file import UnreadableError
 from scenarios.nearest import nearest_name, nearest_scene
 from scenarios.text import is_scene_name, shorten, visible
 from scenarios.toml.changing import current_tables, merged
-from scenarios.toml.continuation import with_state
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.field_types import type_faults, with_plain_numbers, with_types_of, without_numpy
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import read_text, tables_of
 from scenarios.toml.resolve import IncompleteError, resolve
+from scenarios.toml.start_table import with_state
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

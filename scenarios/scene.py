@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.display import html, renderer
 from scenarios.effect_types import Course, Effects, Gravity
+from scenarios.hooks import html, renderer
 from scenarios.plural import plural
 from scenarios.text import check_scene_name
 

@@ -38,8 +38,8 @@ class KernelEngine(ReferenceEngine):
 
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> KernelSimulation:
         """Load the kernel, and set up a run."""
+        from reference_impl.kernel.packing import DOUBLE, WIDE
         from reference_impl.kernel.simulate import KernelSimulation
-        from reference_impl.kernel.structs import DOUBLE, WIDE
 
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
         number = WIDE if self.wide else DOUBLE

@@ -25,7 +25,7 @@ from barchain.cli.explain import explain
 from barchain.cli.export import export
 from barchain.cli.judge import judge
 from barchain.cli.nightly.attribute import attribute_night, bisect_figure
-from barchain.cli.nightly.commands import history
+from barchain.cli.nightly.history import history
 from barchain.cli.nightly.nightly import nightly
 from barchain.cli.nightly.releases import releases
 from barchain.cli.plot import plot

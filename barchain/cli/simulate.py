@@ -98,7 +98,7 @@ def run(
     from adapters.registry import find_engine
     from barchain import api
     from barchain.cli.common.options import settings_by_engine
-    from barchain.runs.advice import default_engine, quicker_advice
+    from barchain.runs.other_settings import default_engine, quicker_advice
     from scenarios import SceneError, load_scene
 
     loaded = load_scene(scene)

@@ -16,7 +16,7 @@ from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, collapse, no_time_left, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, lasts, left_out, rejection, setting_of, solved
 from barchain.judge.compare import judge
-from barchain.judge.diagnosis.agreement import agreed, in_common
+from barchain.judge.diagnosis.across_scenes import agreed, in_common
 from barchain.judge.diagnosis.mistake import looks_single, relative_difference, single_words
 from barchain.judge.diagnosis.own_motion import OwnMotion
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict

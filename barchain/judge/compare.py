@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Coordinates
-from barchain.judge.checks.advice import until_share
 from barchain.judge.checks.beyond_limit import findings_beyond_limit
 from barchain.judge.checks.drifts import ABOUT_COM, WHOLE, carried, drift_bounds, drift_findings
+from barchain.judge.checks.more_judged import until_share
 from barchain.judge.checks.up_to_limit import difference_findings, extrapolation_finding, finer_findings
 from barchain.judge.checks.whole_run import fault_of_run
 from barchain.judge.error_model import ErrorModel

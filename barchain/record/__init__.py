@@ -1,1 +1,1 @@
-"""Records of results: environment, sources, engines and scenes."""
+"""What a result folder records: environment, sources, engines and scenes; its lock, its claim and its store."""

@@ -1,4 +1,4 @@
-"""Folders and files that hold results: one writer at a time, and never overwritten unasked."""
+"""Lock and claim of result folders and files: one writer at a time, and never overwritten unasked."""
 
 from __future__ import annotations
 

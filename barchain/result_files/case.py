@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from adapters.engine import AccuracyParameter, Setting
-from adapters.mujoco.xml import model_xml
+from adapters.mujoco.mjcf_of_case import model_xml
 from adapters.registry import ENGINES
 from adapters.request import run_request
 from adapters.trajectory import to_frame
@@ -21,7 +21,7 @@ from reports.results.writing import make_folder, write_atomically
 from reports.text.words import escape_text
 from scenarios import scene_names
 from scenarios.channels import CHANNELS, UNITS
-from scenarios.laws import MOTION, NOTATION, laws_of
+from scenarios.effect_equations import MOTION, NOTATION, laws_of
 from scenarios.toml.writing import scene_toml
 
 if TYPE_CHECKING:

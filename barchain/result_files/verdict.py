@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import Coordinates
-from barchain.judge.checks.advice import until_share
+from barchain.judge.checks.more_judged import until_share
 from barchain.judge.compare import verdict_on
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis, thinned
 from barchain.judge.evidence import Evidence

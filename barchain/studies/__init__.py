@@ -1,1 +1,4 @@
-"""Studies, one package each. Every study plans, runs, and writes tables; none imports another."""
+"""Studies, one package each: every study plans, runs, and writes tables, and none imports another.
+
+`timing` is no study: several measure their times with it.
+"""

@@ -26,8 +26,8 @@ from barchain.runs.job import TIME_LIMIT_S, Job, Role
 from barchain.runs.tasks import limit_of, run_task
 from barchain.studies.study import Reporter, StudyEnd, run_study
 from reports.results.files import StudyFiles
-from reports.results.measured import STUDIES
 from reports.results.rows import spread
+from reports.results.studies import STUDIES
 from scenarios import Scene, load_scene
 from scenarios.load import check_scene
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from barchain.cli.common.exit_codes import MEANINGS
 from pictures.pages.words import table
 from reference_impl.paper.misprint_effects import misprint_effects
-from reports.results.measured import STUDIES
+from reports.results.studies import STUDIES
 from reports.text.glossary import FIELD, TERMS
 from scenarios.channels import IN_COLUMN_ORDER, TIME
 from scenarios.derived_channels import DERIVED

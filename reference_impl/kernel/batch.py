@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reference_impl.kernel.effects import Effects
-    from reference_impl.kernel.structs import Vector
+    from reference_impl.kernel.packing import Vector
     from reference_impl.model.arrays import Array
 
 
@@ -34,7 +34,7 @@ class Batch(NamedTuple):
     bars: Array
     """(runs, 10, N) rows as in `layout.CompiledChain.bars`"""
     laws: Array
-    """(runs, P, 7)"""
+    """(runs, P, 4+8T)"""
     effects: Effects
     """Equal for all chains; effects with modes are not supported, as a batch sets no modes"""
     y0: Array

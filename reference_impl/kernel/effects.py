@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reference_impl.kernel.structs import DOUBLE, Matrix, Number, Struct, Vector
+from reference_impl.kernel.packing import DOUBLE, Matrix, Number, Struct, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Callable

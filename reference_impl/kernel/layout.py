@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reference_impl.kernel.effects import CompiledEffect, compiled_effect
-from reference_impl.kernel.structs import DOUBLE, Matrix, Number, Struct, Vector
+from reference_impl.kernel.packing import DOUBLE, Matrix, Number, Struct, Vector
 from reference_impl.model.chain import LAW_FRAMES, ill_conditioned
 
 if TYPE_CHECKING:
@@ -56,8 +56,8 @@ class CompiledChain(Struct):
     refined, else 0
     """
     laws: Matrix
-    """(P, 4+4T) columns BAR, REACTS_ON (-1: none), FRAME, UNIT sqrt(J); of each of T turns AMPLITUDE rad, DURATION s,
-    START s, QUINTIC (1; 0: eq. (28))
+    """(P, 4+8T) columns BAR, REACTS_ON (-1: none), FRAME, UNIT sqrt(J); of each of T turns AMPLITUDE rad, DURATION s,
+    START s, COURSE, and CONSTANT, LINEAR, SQUARE, CUBE: acceleration of a spline's piece by powers of its share, rad/s²
     """
     effects: tuple[CompiledEffect, ...]
     """Effects of the chain"""
@@ -159,7 +159,7 @@ class BatchMembers(Struct):
     bars: Matrix
     """(10 runs, N) rows as in :class:`CompiledChain`, one chain after another"""
     laws: Matrix
-    """(P runs, 7)"""
+    """(P runs, 4+8T)"""
     effects: tuple[CompiledEffect, ...]
     bounds: Matrix
     """(runs, 3) columns as in :class:`SurfaceBounds`"""

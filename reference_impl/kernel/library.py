@@ -16,7 +16,7 @@ import numpy as np
 
 from reference_impl.kernel import effects, layout
 from reference_impl.kernel.build import KernelMissingError, library_file
-from reference_impl.kernel.structs import DOUBLE, WIDE, address_of, array_words, word_count
+from reference_impl.kernel.packing import DOUBLE, WIDE, address_of, array_words, word_count
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         SurfaceBounds,
         Workspace,
     )
-    from reference_impl.kernel.structs import Matrix, Number, Struct, Vector
+    from reference_impl.kernel.packing import Matrix, Number, Struct, Vector
     from reference_impl.model.arrays import Array
 
 LOCK = threading.Lock()

@@ -17,7 +17,7 @@ from reference_impl.integrate.stepper import Integration, smooth_segments
 from reference_impl.integrate.surface_contact import contact_instant
 from reference_impl.kernel import layout
 from reference_impl.kernel.library import Evaluation, Integrator, Observer, library
-from reference_impl.kernel.structs import DOUBLE, WIDE
+from reference_impl.kernel.packing import DOUBLE, WIDE
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from reference_impl.integrate.coordinate_sets import StateCoordinates
     from reference_impl.kernel.layout import CompiledChain, Workspace
-    from reference_impl.kernel.structs import Number
+    from reference_impl.kernel.packing import Number
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes

@@ -1,1 +1,1 @@
-"""Numbers, units, formulas and Markdown as text."""
+"""Text of pages: numbers, units, formulas, the glossary, and what a record tells."""

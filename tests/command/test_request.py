@@ -9,8 +9,8 @@ from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, Setting
 from adapters.request import Request, request_schema, result_schema, run_request, scene_of
 from scenarios import load_scene
+from scenarios.effect_equations import LAWS
 from scenarios.effect_types import all_effect_names
-from scenarios.laws import LAWS
 from scenarios.load import scene_names
 
 RTOL, STEPS = Setting(AccuracyParameter.RTOL, 1e-10), Setting(AccuracyParameter.STEPS_PER_ORBIT, 1000.0)

@@ -14,7 +14,7 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain import load_scene
-from barchain.judge.checks.advice import beyond_any_setting, finer, next_sample, until_share
+from barchain.judge.checks.more_judged import beyond_any_setting, finer, next_sample, until_share
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.written import Declared
 from barchain.solutions.reference import at_own_samples, closely_sampled

@@ -12,7 +12,7 @@ from jinja2 import Template
 
 from reports.render import render_all
 from reports.results import comparison, effects, ensemble, stability
-from reports.results.measured import STUDIES
+from reports.results.studies import STUDIES
 from reports.text.glossary import TERMS, Glossary
 from tests.support.results import write_results
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from barchain.studies.cost.findings import unknown_orders
 from reports.results import cost, ensemble
-from reports.results.measured import STUDIES
 from reports.results.outcome import Outcome
 from reports.results.rows import NOT_RUN, RowError, Rows, parsed_tags, records, spread, tag_text
+from reports.results.studies import STUDIES
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:

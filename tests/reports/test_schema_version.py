@@ -11,8 +11,8 @@ from barchain.record.study_store import StudyStore
 from reports.render import render_all
 from reports.results.comparison import FILES, read_results
 from reports.results.files import StudyFiles
-from reports.results.measured import STUDIES
 from reports.results.schema import KEY, SCHEMA_VERSION, SchemaVersionError, read_record
+from reports.results.studies import STUDIES
 from tests.support.report_fixture import build
 from tests.support.results import read_record as record_of
 from tests.support.results import record_file, write_record

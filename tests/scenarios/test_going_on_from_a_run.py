@@ -12,7 +12,7 @@ from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from scenarios import SceneError, change_scene, go_on, load_scene, make_scene
-from scenarios.toml.continuation import OWN
+from scenarios.toml.start_table import OWN
 from scenarios.toml.writing import scene_data, toml
 
 if TYPE_CHECKING:

@@ -13,12 +13,12 @@ import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
-from barchain.runs.advice import compiled_can
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.message import read_message
+from barchain.runs.other_settings import compiled_can
 from barchain.runs.pool import Slot
 from barchain.studies.defaults import FAST, SLOW
-from barchain.studies.effects.atmosphere import (
+from barchain.studies.effects.default_air import (
     LAYERS,
     Heights,
     caveat,

@@ -16,7 +16,7 @@ from barchain.studies.roundoff import study, third_parties
 from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
 from barchain.studies.roundoff.evaluation import errors, rows_of
 from barchain.studies.roundoff.formulations import EvaluationCase, StateKind, exact_case
-from barchain.studies.roundoff.laws import NEAR, UNEXPLAINED, engine_laws, evaluation_laws, expected_exponent
+from barchain.studies.roundoff.power_laws import NEAR, UNEXPLAINED, engine_laws, evaluation_laws, expected_exponent
 from barchain.studies.roundoff.study import SWEEPS, tasks_of
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
 from barchain.studies.roundoff.trajectories import ScaledScene, solution_of

@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 
 from barchain.runs.executors import LocalProcesses
-from barchain.studies.roundoff import laws
+from barchain.studies.roundoff import power_laws
 from barchain.studies.roundoff.evaluation import longitude_rows, many_states, one_state, rows_of
 from barchain.studies.roundoff.formulations import EvaluationCase, StateKind
-from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
+from barchain.studies.roundoff.power_laws import best_laws, best_table, evaluation_laws, growth_laws
 from barchain.studies.roundoff.study import DECADES, PARTS, RoundoffStudy, RoundoffTask, tasks_of
 from barchain.studies.roundoff.trajectories import (
     ScaledScene,
@@ -267,7 +267,7 @@ def test_parts_are_known_to_the_command_line():
     from barchain.cli.studies import PARTS as OFFERED
 
     assert OFFERED == PARTS
-    assert laws.LOST == 0.1
+    assert power_laws.LOST == 0.1
 
 
 @pytest.mark.exhaustive

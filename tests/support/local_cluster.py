@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 START_S = 60.0
 ONCE = """
-import barchain.runs.cluster.beside_worker as beside_worker
+import barchain.runs.cluster.on_dask_worker as beside_worker
 if not hasattr(beside_worker, 'real'):  # Dask imports a preload twice
     beside_worker.real = beside_worker.answer_call
 """

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from reports.results.files import ANSWERS, RECORDS, SERIES
-from reports.results.measured import STUDIES
 from reports.results.rows import FOLDER
 from reports.results.schema import KEY, SCHEMA_VERSION
+from reports.results.studies import STUDIES
 from reports.results.writing import parquet
 
 if TYPE_CHECKING:

@@ -1,1 +1,1 @@
-"""Commands on the history of nights."""
+"""Commands `nightly`, `history`, `attribute`, `bisect` and `releases`; `documents` also decides a night's exit code."""

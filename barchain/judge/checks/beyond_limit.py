@@ -14,7 +14,7 @@ import numpy as np
 
 from adapters.common.initial_state import chain_model
 from adapters.engine import Coordinates, EngineError
-from barchain.judge.checks.advice import after_restarts
+from barchain.judge.checks.more_judged import after_restarts
 from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments
 from barchain.judge.parted_track import face_acceleration_m_s2
 from barchain.judge.residuals import worst

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.trajectory import ENDED
-from barchain.judge.checks.advice import next_sample
+from barchain.judge.checks.more_judged import next_sample
 from barchain.judge.residuals import other_end
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import FIELDS

@@ -12,9 +12,9 @@ from barchain.nightly.figures.figure import STEPPED, Figure, FigureIdentity, Fig
 from reports.results.comparison import COMPARISON
 from reports.results.faults.campaign import CellClass
 from reports.results.faults.selftest import FaultOutcome
-from reports.results.measured import STUDIES
 from reports.results.outcome import SEVERITY, Outcome
 from reports.results.stability import Stability
+from reports.results.studies import STUDIES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -29,7 +29,7 @@ from barchain.nightly.figures.figure import (
     content_digest,
 )
 from barchain.nightly.figures.steps import LEAST_EFFECT
-from reports.results import measured
+from reports.results import studies
 from reports.results.comparison import FILES as COMPARISON
 from reports.results.comparison import is_engine
 from reports.results.reading import brief, damaged
@@ -209,7 +209,7 @@ def preferred(first: Figure, second: Figure) -> Figure:
 
 
 SUBJECTS = ("scenes", "engines", "bars", "faults")
-STUDIES = tuple(files for files in measured.STUDIES if files.followed)
+STUDIES = tuple(files for files in studies.STUDIES if files.followed)
 """Kinds of results that nights follow"""
 
 
@@ -290,7 +290,7 @@ def found_in(folder: Path) -> list[StudyFiles]:
         raise HistoryError(f"{folder}: no such folder; give one that barchain wrote results into")
     found = [files for files in STUDIES if files.has_record(folder)]
     if not found:
-        raise HistoryError(measured.no_results(folder))
+        raise HistoryError(studies.no_results(folder))
     return found
 
 

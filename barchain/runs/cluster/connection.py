@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from barchain.runs.cluster.beside_worker import worker_versions
+from barchain.runs.cluster.on_dask_worker import worker_versions
 from barchain.runs.message import plain_text
 from barchain.runs.versions import code_fault, protocol_fault
 

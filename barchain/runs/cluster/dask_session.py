@@ -12,7 +12,6 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from barchain.runs.call import CallEnd, pickled, unpacked
-from barchain.runs.cluster.beside_worker import answer_call
 from barchain.runs.cluster.connection import (
     CLOSE_S,
     ClusterError,
@@ -22,6 +21,7 @@ from barchain.runs.cluster.connection import (
     run_bounded,
     watched,
 )
+from barchain.runs.cluster.on_dask_worker import answer_call
 from barchain.runs.message import MessageError
 from barchain.runs.pool import Session
 from barchain.runs.versions import REMEDY, code_versions, task_fault

@@ -27,7 +27,7 @@ from reference_impl.paper.misprint_effects import misprint_effects
 from reports.results.comparison import ALL_SCENES, FILES, is_engine
 from reports.results.outcome import Outcome
 from scenarios import Scene, load_scene
-from scenarios.display import html
+from scenarios.hooks import html
 from scenarios.plural import plural
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import pandas as pd
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from adapters.trajectory import Observable
-from barchain.judge.checks.advice import beyond_any_setting
+from barchain.judge.checks.more_judged import beyond_any_setting
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.own_motion import MadeRuns, densely
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, thinned
@@ -23,13 +23,13 @@ from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.verdict import Row, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
-from barchain.runs.advice import setting_advice
 from barchain.runs.asking import ask_about, declarations_of, taken_along
 from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
 from barchain.runs.left_out import cannot
 from barchain.runs.message import plain_text
+from barchain.runs.other_settings import setting_advice
 from barchain.runs.run import keep_run
 from barchain.runs.tasks import expected_work, limit_of, run_task
 from barchain.solutions.judging import (

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.record.scene_description import scene_words
-from barchain.runs.advice import compiled_can
 from barchain.runs.cases import run_cases
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES, KeptAnswers
 from barchain.runs.job import Job, Role
+from barchain.runs.other_settings import compiled_can
 from barchain.runs.tasks import limit_of, run_task
 from barchain.studies.defaults import EFFECTS, FAST, MATTERS, RTOL, SLOW
-from barchain.studies.effects.atmosphere import heights_of
+from barchain.studies.effects.default_air import heights_of
 from barchain.studies.effects.sizes import LOOSER, RunPair, change, scales, sizes_over
 from barchain.studies.effects.switches import Switch, switches
 from barchain.studies.effects.timing import (

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from barchain.studies.effects.atmosphere import (
+from barchain.studies.effects.default_air import (
     HIGHEST_M,
     SOURCE,
     caveat,
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from typing import Literal
 
-    from barchain.studies.effects.atmosphere import Heights
+    from barchain.studies.effects.default_air import Heights
     from scenarios import Scene
 
 DESIGN = ("joint_spring_damper", "joint_torque", "thrust", "impulse")

@@ -19,7 +19,7 @@ from barchain.runs.message import MessageError, message_bytes, read_message
 from barchain.studies.roundoff.engines import engine_rows
 from barchain.studies.roundoff.evaluation import longitude_rows, rows_of, time_rows
 from barchain.studies.roundoff.formulations import EQUATOR_M, MEMBERS, EvaluationCase, StateKind
-from barchain.studies.roundoff.laws import best_laws, best_table, engine_laws, evaluation_laws, growth_laws
+from barchain.studies.roundoff.power_laws import best_laws, best_table, engine_laws, evaluation_laws, growth_laws
 from barchain.studies.roundoff.third_parties import present
 from barchain.studies.roundoff.trajectories import (
     ScaledScene,

@@ -41,7 +41,7 @@ typedef struct {
     double mu_m3_s2;
     int64_t gravity; /* NO_GRAVITY, POINT or GRADIENT of chain/layout.h */
     matrix bars;     /* (10, N) rows of constants, see chain/layout.h */
-    matrix laws;     /* (P, 7) columns, see chain/laws.h */
+    matrix laws;     /* (P, 4+8T) columns, see chain/laws.h */
     const effect *const *effects;
     int64_t effect_count;
 } chain;
@@ -80,7 +80,7 @@ typedef struct {
     vector mu_m3_s2; /* (runs,) */
     int64_t gravity;
     matrix bars;     /* (10 runs, N) as in chain */
-    matrix laws;     /* (P runs, 7) as in chain */
+    matrix laws;     /* (P runs, 4+8T) as in chain */
     const effect *const *effects;
     int64_t effect_count;
     matrix bounds; /* (runs, 3) as in surface_bounds */

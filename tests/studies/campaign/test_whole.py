@@ -21,8 +21,8 @@ from barchain.studies.study import run_study
 from reports.chapters.campaign import size_rows
 from reports.render import render_all
 from reports.results.faults.campaign import CellClass
-from reports.results.measured import STUDIES
 from reports.results.outcome import Outcome
+from reports.results.studies import STUDIES
 from scenarios import load_scene
 from tests.studies.campaign.drawn import FREE, SEED, cells
 from tests.support.here import HERE

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from adapters.common.initial_state import initial_state
+from barchain.judge.diagnosis.motion.changed_loads import choices, other, with_effects
 from barchain.judge.diagnosis.motion.numbers import KNOWN, body_words
 from barchain.judge.diagnosis.motion.pushes import of_motors, of_pushes
-from barchain.judge.diagnosis.motion.some_effects import other, sets, with_effects
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
 from scenarios import Actuator, Course, Frame, Gravity
 from scenarios.toml.checks import joint_of_motor
@@ -20,7 +20,7 @@ from scenarios.toml.effect_tables import DragTable, SolarPressureTable, slender_
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from barchain.judge.diagnosis.motion.some_effects import Made
+    from barchain.judge.diagnosis.motion.changed_loads import Made
     from scenarios import PrescribedRotation, Scene
 
 LEVEL_M = 1e15
@@ -229,7 +229,7 @@ def of_bodies(scene: Scene) -> Made:
 
 def of_rotations(scene: Scene) -> Made:
     """Prescribed rotations in another frame, by another actuator, from another instant."""
-    for some in sets(scene, "prescribed_rotation"):
+    for some in choices(scene, "prescribed_rotation"):
         name, who, s, law = some.name, some.who, some.s, some.every[some.places[0]]
         frame = "the local horizontal" if law.frame is Frame.INERTIAL else "inertial axes"
         yield (f"{name}-from-{other(law.frame)}", f"{who} count{s} the angle from {frame}, the other direction",

@@ -8,13 +8,13 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from adapters.common.initial_state import initial_state
-from barchain.judge.diagnosis.motion.some_effects import other, sets, with_effects
+from barchain.judge.diagnosis.motion.changed_loads import choices, other, with_effects
 from scenarios import Axes, End, Impulse, Thrust
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from barchain.judge.diagnosis.motion.some_effects import Fields, Made, Some
+    from barchain.judge.diagnosis.motion.changed_loads import ChosenLoads, Fields, Made
     from scenarios import JointTorque, Scene
 
 FORCES = (("kilograms-force", 9.80665), ("pounds-force", 4.4482216152605), ("kilonewtons", 1e3))
@@ -36,7 +36,7 @@ def of_pushes(scene: Scene) -> Made:
                 for kind in loaded}  # fmt: skip
     yield ("bars-by-first-digit", "the loads on bars from 10 on act on the bar of the number's first digit",
            with_effects(scene, **by_digit))  # fmt: skip
-    for some in (*sets(scene, "thrust"), *sets(scene, "impulse")):
+    for some in (*choices(scene, "thrust"), *choices(scene, "impulse")):
         name, who, s, first = some.name, some.who, some.s, some.every[some.places[0]]
         yield f"{name}-missing", f"{who} {'is' if s else 'are'} missing", some.changed(lambda _: ())
         yield f"{name}-at-other-end", f"{who} act{s} at the bar's other end", some.each(lambda p: {"end": other(p.end)})
@@ -74,7 +74,7 @@ def of_pushes(scene: Scene) -> Made:
 
 def of_motors(scene: Scene) -> Made:
     """Torques of joints' motors that are missing, opposite, in another joint, in another unit or of another course."""
-    for some in sets(scene, "joint_torque"):
+    for some in choices(scene, "joint_torque"):
         name, who, s = some.name, some.who, some.s
         yield f"{name}-missing", f"{who} {'is' if s else 'are'} missing", some.changed(lambda _: ())
         yield f"{name}-of-positive-size", f"{who} lose{s} the sign of a negative size", some.each(positive)
@@ -131,7 +131,7 @@ def with_sizes(table: Thrust | JointTorque, sizes: tuple[float, ...]) -> dict[st
     return {"force_N" if isinstance(table, Thrust) else "torque_N_m": sizes}
 
 
-def in_units(some: Some, right: str, units: tuple[tuple[str, float], ...]) -> Made:
+def in_units(some: ChosenLoads, right: str, units: tuple[tuple[str, float], ...]) -> Made:
     """Thrusts or motors whose sizes are taken in other units."""
     for unit, factor in units:
 
@@ -142,7 +142,7 @@ def in_units(some: Some, right: str, units: tuple[tuple[str, float], ...]) -> Ma
         yield f"{some.name}-in-{ending}", f"{some.who} take{some.s} {right} as {unit}", some.each(times)
 
 
-def of_tables(some: Some) -> Made:
+def of_tables(some: ChosenLoads) -> Made:
     """Thrusts or motors with another course in time."""
     name, who, s, end_s = some.name, some.who, some.s, some.scene.run.duration_s
     for which, words, before, after in (

@@ -14,9 +14,9 @@ import numpy as np
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, Mistake
 from barchain.judge.diagnosis.motion.balance import BARS, CENTRE, JOINTS, LAWS, Balance
 from barchain.judge.diagnosis.motion.candidate import Candidate, Candidates, linearised
+from barchain.judge.diagnosis.motion.changed_loads import with_effects
 from barchain.judge.diagnosis.motion.numbers import numbers
 from barchain.judge.diagnosis.motion.others import others
-from barchain.judge.diagnosis.motion.some_effects import with_effects
 from barchain.judge.diagnosis.motion.terms import of_reactions, terms
 from barchain.judge.diagnosis.motion.words import BODIES, LOADS
 from barchain.judge.equations import ENDS

@@ -10,8 +10,8 @@ import pytest
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import COMPILED, find_engine
 from barchain import api, make_scene
-from barchain.runs import advice
-from barchain.runs.advice import default_engine, failure_advice, quicker_advice
+from barchain.runs import other_settings
+from barchain.runs.other_settings import default_engine, failure_advice, quicker_advice
 from reports.results.outcome import Outcome
 
 needs_kernel = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="the compiled reference is not built")
@@ -67,7 +67,7 @@ def test_a_run_is_that_of_the_compiled_reference_where_it_is_built() -> None:
 
 
 def test_without_the_compiled_reference_a_run_is_that_of_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(advice, "compiled_can", lambda _: False)
+    monkeypatch.setattr(other_settings, "compiled_can", lambda _: False)
     assert default_engine(SOFT) == "reference"
     assert quicker_advice(SOFT, "reference", 60.0) == ""
 

@@ -1,4 +1,7 @@
-"""The chain of :mod:`adapters.mujoco.chain` in MuJoCo's XML, in every digit: MuJoCo itself writes six."""
+"""The chain of :mod:`adapters.mujoco.chain` in MuJoCo's XML, a file of `barchain export`; the engine does not read it.
+
+It has every digit: MuJoCo itself writes six.
+"""
 
 from __future__ import annotations
 

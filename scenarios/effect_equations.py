@@ -1,4 +1,4 @@
-"""Laws of the effects in words and equations, so that a program in any language applies the same ones."""
+"""The effects in words and equations, so that a program in any language applies the same ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenes in which some of several effects of a kind are others."""
+"""Scenes with some of several thrusts, impulses, motors or prescribed rotations changed: candidates of wrong loads."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def other(choice: Any) -> Any:
     return next(c for c in type(choice) if c is not choice)
 
 
-class Some(NamedTuple):
+class ChosenLoads(NamedTuple):
     """Some of several thrusts, impulses, motors or prescribed rotations of a scene."""
 
     scene: Scene
@@ -55,11 +55,11 @@ class Some(NamedTuple):
         return with_effects(self.scene, **{self.kind: tuple(new)})
 
 
-def sets(scene: Scene, kind: str) -> Iterator[Some]:
+def choices(scene: Scene, kind: str) -> Iterator[ChosenLoads]:
     """All thrusts, impulses, motors or prescribed rotations together, and each alone."""
     count, noun = len(getattr(scene.effects, kind)), kind.replace("_", " ")
     s = "s" if count > 1 else ""
     for places in [tuple(range(count)), *((k,) for k in range(count) if count > 1)] if count else ():
         alone = len(places) == 1
         who = f"{noun}{s}" if len(places) == count else f"{noun} {places[0] + 1}"
-        yield Some(scene, kind, places, f"the {who}", who.replace(" ", "-"), "s" if alone else "")
+        yield ChosenLoads(scene, kind, places, f"the {who}", who.replace(" ", "-"), "s" if alone else "")
