@@ -33,8 +33,8 @@ def view_of(files: StudyFiles, folder: Path) -> Any:
         If its rows and record are damaged, or don't fit together.
     """
     if not files.has_record(folder):
-        command = f"barchain {files.command or files.study}"
-        raise FileNotFoundError(f"{folder}: no results of {files.study} there; give a folder that {command} wrote")
+        wanted = f"give a folder that barchain {files.study} wrote"
+        raise FileNotFoundError(f"{folder}: no results of {files.study} there; {wanted}")
     module, _, name = files.view.partition(":")
     made = getattr(importlib.import_module(f"reports.chapters.{module}"), name)
     return fitting(files.record_path(folder), lambda: made(folder))

@@ -87,8 +87,6 @@ class StudyFiles:
     empty of a study without a page"""
     in_report: bool = False
     """Whether the report of a comparison in the same folder includes the chapter"""
-    command: str = ""
-    """Command that runs the study, where it has another name"""
     report: tuple[str, ...] = ()
     """Files that are rendered instead of a page of the study's name"""
 

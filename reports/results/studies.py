@@ -6,7 +6,7 @@ import os
 from typing import TYPE_CHECKING
 
 from reports.results import comparison, cost, effects, ensemble, roundoff, scaling, stability
-from reports.results.faults import campaign, selftest
+from reports.results.faults import selftest
 from reports.results.files import StudyFiles
 from reports.results.nights import releases
 from reports.results.rows import FOLDER
@@ -24,7 +24,6 @@ STUDIES = (
     effects.FILES,
     stability.FILES,
     selftest.FILES,
-    campaign.FILES,
     ensemble.FILES,
     releases.FILES,
 )

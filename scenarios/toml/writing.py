@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from scenarios.effect_types import Course
 from scenarios.toml.file import SceneFile
@@ -29,8 +29,6 @@ DERIVED = {"third_body": ("rate_rad_s",)}
 RENAMED = {"third_body": {"name": "body"}}
 NEIGHBOURS = 3  # units in the last place: a degree that is a given number of radians is as near, if there is one
 
-T = TypeVar("T")
-
 
 class UnwrittenError(ValueError):
     """A scene that no file gives back digit for digit."""
@@ -46,25 +44,6 @@ def in_degrees(rad: float) -> float:
             one = math.nextafter(one, end)
             near.append(one)
     return min(near, key=lambda deg: (abs(math.radians(deg) - rad), len(repr(deg)), abs(deg - found)))
-
-
-def writable(part: T) -> T:
-    """A scene, or a part of one, whose angles are numbers of degrees: moved in their last digit where they are not."""
-    changes: Data = {}
-    for field in dataclasses.fields(part):  # type: ignore[arg-type]
-        value = getattr(part, field.name)
-        if field.name in ANGLES:
-            changes[field.name] = snapped(value)
-        elif dataclasses.is_dataclass(value):
-            changes[field.name] = writable(value)
-        elif isinstance(value, tuple) and value and dataclasses.is_dataclass(value[0]):
-            changes[field.name] = tuple(map(writable, value))
-    return dataclasses.replace(part, **changes)  # type: ignore[type-var]
-
-
-def snapped(value: Any) -> Any:
-    """Angle, or each of several, as degrees give it."""
-    return tuple(map(snapped, value)) if isinstance(value, tuple) else math.radians(math.degrees(value))
 
 
 def scene_data(scene: Scene) -> Data:

@@ -73,7 +73,6 @@ QUICK = "basics/libration"
         ("scenes --effect drg", ["--effect drg", "did you mean drag?"]),
         ("scenes show paper/fig5", ["did you mean paper/fig05?"]),
         ("scenes paper/fig05", ["barchain scenes show SCENE"]),
-        ("selftest --random 1 --host exudin", ["did you mean exudyn?"]),
     ],
 )
 def test_bad_usage_gives_one_readable_line_and_exit_code_2(

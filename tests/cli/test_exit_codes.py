@@ -33,7 +33,6 @@ def nothing(monkeypatch):
     "scaling --bars 2 --engine nothing --out x",
     "stability hard/whip --engine nothing --out x",
     "selftest --engine nothing --out x",
-    "selftest --random 1 --host nothing --out x",
 ])  # fmt: skip
 def test_a_missing_engine_asked_for_by_name_is_known_before_anything_runs_and_exits_with_3(
     command, nothing, tmp_path, monkeypatch, capsys

@@ -22,7 +22,6 @@ HELD = {
     "stability hard/whip --engine reference --out OUT": "series/stability/long.parquet",
     f"effects {QUICK} --engine reference --out OUT": "record/effects.json",
     f"selftest {QUICK} --fault scale-rate --out OUT": "answers/selftest/x",
-    "selftest --random 1 --out OUT": "rows/campaign.parquet",
     f"ensemble {QUICK} --vary angle_deg=normal(0,1) --runs 2 --out OUT": "series/ensemble/runs.parquet",
     "releases scipy --out OUT": "rows/releases.parquet",
     f"judge {QUICK} {CERTIFIED_SOLUTIONS / QUICK}.csv --out OUT": "record/comparison.json",

@@ -28,7 +28,11 @@ if TYPE_CHECKING:
 READERS = ("spring", "mine")
 """Engines that a reader makes: the tutorial's package, and the program of another language"""
 
-OTHER_PROGRAMS = {"--against": "benchmarks/instructions.py, benchmarks/same_bits.py"}
+OTHER_PROGRAMS = {
+    "--against": "benchmarks/instructions.py, benchmarks/same_bits.py",
+    "--reruns": "benchmarks/random_scenes.py",
+    "--shrink-seconds": "benchmarks/random_scenes.py",
+}
 """Options in prose that belong to another program than barchain"""
 
 every_document = pytest.mark.parametrize("document", documents(), ids=relative)

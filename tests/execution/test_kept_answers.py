@@ -100,8 +100,6 @@ EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes
         pytest.param("compare paper/fig13 --engine pymunk --engine reference --workers 2", "comparison",
                      marks=pytest.mark.slow),
         pytest.param("selftest basics/kepler_circular --fault scale-rate", "selftest", marks=pytest.mark.exhaustive),
-        pytest.param("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign",
-                     marks=pytest.mark.exhaustive),
         pytest.param("stability hard/vertical_fall --engine rebound", "stability", marks=pytest.mark.exhaustive),
         pytest.param(EFFECTS, "effects", marks=pytest.mark.exhaustive),
         pytest.param("roundoff --part engines", "roundoff", marks=pytest.mark.exhaustive),

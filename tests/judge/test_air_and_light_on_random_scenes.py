@@ -11,7 +11,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.metrics.quantities import differences
 from barchain.runs.executors import LocalProcesses
-from barchain.studies.selftest.campaign import on_scene
+from benchmarks.random_campaign.campaign import on_scene
 from scenarios import Scene, load_scene
 from tests.support.here import result_of
 from tests.support.slow import one_in, rows
@@ -21,7 +21,7 @@ SCENES = Path(__file__).with_name("random_scenes")
 
 def outcomes(scene: Scene, engine: str) -> list[str]:
     """Outcomes of an unmodified engine, with the further runs that its verdict asks for."""
-    return [cell.outcome for cell in result_of(on_scene(scene, [engine]), LocalProcesses(1))]
+    return [trial.outcome for trial in result_of(on_scene(scene, [engine]), LocalProcesses(1))]
 
 
 @pytest.mark.exhaustive

@@ -22,7 +22,7 @@ from barchain.metrics.quantities import differences
 from barchain.runs.executors import LocalProcesses
 from barchain.solutions.at_times import restarted_run
 from barchain.solutions.reference import closely_sampled, establish, with_perturbed_start
-from barchain.studies.selftest.campaign import on_scene
+from benchmarks.random_campaign.campaign import on_scene
 from reference_impl.integrate.simulate import Simulation
 from reports.results.comparison import PARTED_RAD
 from scenarios import load_scene
@@ -190,5 +190,5 @@ def test_a_restart_measures_the_growth_of_errors_in_more_than_one_direction(long
 def test_a_right_engine_is_not_accused_where_bars_fold(name: str, engine: str, outcome: str) -> None:
     if ENGINES[engine].missing:
         pytest.skip(ENGINES[engine].missing)
-    cells = result_of(on_scene(load_scene(SCENES / f"{name}.toml"), [engine]), LocalProcesses(1))
-    assert [cell.outcome for cell in cells] == [outcome]
+    trials = result_of(on_scene(load_scene(SCENES / f"{name}.toml"), [engine]), LocalProcesses(1))
+    assert [trial.outcome for trial in trials] == [outcome]

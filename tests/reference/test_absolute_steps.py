@@ -5,7 +5,7 @@ import numpy as np
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from adapters.trajectory import Trajectory
-from barchain.studies.selftest.scenes import draw
+from benchmarks.random_campaign.scenes import draw
 from scenarios import Scene
 
 

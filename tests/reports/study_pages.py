@@ -85,10 +85,6 @@ PAGES: dict[str, Callable[[Path], Path]] = {
     "selftest": studied(
         "selftest", "selftest", "basics/libration", "--fault", "nan-com", "--fault", "scale-rate", "--smallest"
     ),
-    "campaign": studied(
-        "campaign", "selftest", "--random", "1", "--seed", "1", "--engine", "reference", "--host", "reference",
-        "--fault", "sign-reaction", "--shrink-seconds", "0",
-    ),
     "releases": releases_page,
     "nightly": nightly_page,
 }  # fmt: skip

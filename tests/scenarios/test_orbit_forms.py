@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from adapters.common.initial_state import initial_state
-from barchain.studies.selftest.scenes import draw
+from benchmarks.random_campaign.scenes import draw
 from scenarios import SceneError, change_scene, check_scene, load_scene, make_scene, scene_names
 from scenarios.toml.effect_tables import EARTH_J2
 

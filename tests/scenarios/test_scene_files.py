@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.studies.selftest.scenes import draw
+from benchmarks.random_campaign.scenes import draw
 from scenarios import Gravity, load_scene
 from scenarios.toml.writing import UnwrittenError, in_degrees, scene_toml
-from tests.studies.campaign.drawn import SEED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -50,7 +49,7 @@ def test_degrees_are_found_where_there_are_such() -> None:
 
 def test_an_angle_that_no_degrees_give_is_refused() -> None:
     """From 1/4 to 1/2 radians are spaced more closely than the degrees that they are."""
-    scene = draw(SEED)
+    scene = draw(8)
     angles = [0.39567 + k * 2.0**-54 for k in range(40)]
     without = [a for a in angles if math.radians(in_degrees(a)) != a]
     assert without

@@ -41,9 +41,6 @@ PLANS = (
     SmallPlan("effects", "effects", "effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01",
               ("effect", "kind", "on", "attitude_rad", "com_m", "reaction_N")),
     SmallPlan("selftest", "fates", "selftest basics/kepler_circular --fault scale-rate --workers 1"),
-    SmallPlan("campaign", "campaign",
-              "selftest --random 1 --host none --engine reference --shrink-seconds 0 --workers 1",
-              ("scene", "engine", "class", "outcome")),
     SmallPlan("ensemble", "quantiles",
               "ensemble basics/two_bars_free --vary angle_deg=normal(0,1) --runs 3 --samples 3 --orbits 0.1"),
 )  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -15,11 +14,6 @@ from tests.support.kernel import skip_without_kernel
 from tests.support.results import read_record, record_file, write_record
 from tests.support.slow import exhaustive_but
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from _pytest.mark import ParameterSet
-
 DAMAGES = {
     "empty": lambda _: b"", "truncated": lambda whole: whole[: len(whole) // 2], "text": lambda _: b"earlier results",
     "junk": lambda _: bytes(range(256)) * 8, "list": lambda _: b"[]", "one byte more": lambda whole: whole + b"0",
@@ -28,18 +22,11 @@ QUICK = ("comparison", "cost")
 """Results that every test run damages; the others are slow"""
 
 
-def each(names: Iterable[str]) -> list[ParameterSet]:
-    """Parameters of a test, slow ones marked."""
-    return [pytest.param(name, marks=() if name in QUICK else pytest.mark.exhaustive) for name in names]
-
-
-RENDERED = each(name for name in SMALL if name != "campaign")
-GOES_ON = each(SMALL)
+STUDIES = [pytest.param(name, marks=() if name in QUICK else pytest.mark.exhaustive) for name in SMALL]
 VALUES: tuple[object, ...] = ([], 1, {}, "x", None, [1], {"a": 1})
 ENTRIES = [
     pytest.param(name, value, marks=() if name in QUICK and not k else pytest.mark.exhaustive)
     for name in SMALL
-    if name != "campaign"
     for k, value in enumerate(VALUES)
 ]
 """Values of every type for each study: the default run tries the first in quick results"""
@@ -84,7 +71,7 @@ def check_line_on(path: Path, command: list[str], capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize("damage", exhaustive_but(DAMAGES, list(DAMAGES)[:1]))
-@pytest.mark.parametrize("name", RENDERED)
+@pytest.mark.parametrize("name", STUDIES)
 def test_a_report_names_the_damaged_file(
     name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -97,7 +84,7 @@ def test_a_report_names_the_damaged_file(
     assert run(["report", str(out)]) == 0
 
 
-@pytest.mark.parametrize("name", RENDERED)
+@pytest.mark.parametrize("name", STUDIES)
 def test_a_report_names_a_missing_table(
     name: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -110,7 +97,7 @@ def test_a_report_names_a_missing_table(
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-@pytest.mark.parametrize("name", GOES_ON)
+@pytest.mark.parametrize("name", STUDIES)
 def test_a_command_that_goes_on_names_the_damaged_file(
     name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -233,10 +233,10 @@ def test_names_are_unique_and_words_are_there() -> None:
     assert len(CATALOGUE) == sum(len(module.FAULTS) for module in modules) + len(readings.GARBAGE)
     assert len(FIXED_SCENES) > 100
     assert not set(FIXED_SCENES) & set(CONTROLS)
-    for fault in FIXED_SCENES.values():
+    for fault in CATALOGUE.values():
         assert fault.words
         assert fault.stands_for
-        assert fault.scene or fault.setting or fault.code or fault.output
+        assert fault.scene or fault.setting or fault.code or fault.output or fault.fresh or fault.declares
         assert not (fault.expected_failure and fault.invisible)
 
 

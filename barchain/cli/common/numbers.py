@@ -15,15 +15,13 @@ MOST_ORBITS = 1e9
 MOST_WORKERS = 1024
 """Each worker is a process of some 200 MB, or a thread; more than the cores of one machine only wait."""
 MOST_REPEATS = 1_000_000
-"""Of a timing, or of runs with a fault."""
+"""Of a timing."""
 MOST_SAMPLES = 1_000_000
 """As in a scene file."""
 MOST_RUNS = 1_000_000_000
 """Of an ensemble; its memory has a limit of its own."""
 MOST_BARS = 1_000_000
 """Ten times the largest chain that is measured by default."""
-MOST_SCENES = 1_000_000
-"""Of a campaign, which draws each: a day of drawing alone."""
 MOST_SEED = 2**63 - 1
 """Seeds are recorded as 64-bit numbers."""
 
@@ -64,7 +62,6 @@ class Words(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.
 
 
 POSITIVE_SECONDS = RealNumber(0.0, MOST_SECONDS, min_open=True)
-SECONDS = RealNumber(0.0, MOST_SECONDS)
 MINUTES = RealNumber(0.0, MOST_MINUTES)
 ORBITS = RealNumber(0.0, MOST_ORBITS, min_open=True)
 SEED = click.IntRange(0, MOST_SEED)

@@ -43,9 +43,7 @@ JOINS = "Write tables and pages into this folder; beside a comparison, its repor
 OWN_PAGE = "Write tables and a page into this folder."
 CORE = ("paper", "basics")
 """Folders of the core suite, which can be named as one"""
-NONE = "none"
 ALL_WORDS = ", or `all` of the default set and the programs of engines.toml here"
-"""No engine, where faults are inserted into none"""
 WORKERS = "Run N runs side by side; default: as many as there are cores."
 
 
@@ -99,20 +97,20 @@ class SceneType(click.ParamType):  # type: ignore[type-arg]  # generic from clic
 class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
     """Name of an installed engine; a missing one ends the command with its own exit code.
 
-    `NONE`, where it may be given, and ``MODULE:CLASS``, whose import a run tells of, and `all` beside it, pass.
+    ``MODULE:CLASS``, whose import a run tells of, and `all` pass where `classes` may be given.
     """
 
     name = "engine"
 
-    def __init__(self, *, none: bool = False, classes: bool = False) -> None:
-        self.none, self.classes = none, classes
+    def __init__(self, *, classes: bool = False) -> None:
+        self.classes = classes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Check that the engine is registered and installed."""
         from adapters.registry import ALL, TARGET, UnknownEngineError
 
         given = str(value)
-        if (self.none and given == NONE) or (self.classes and re.fullmatch(f"{TARGET}|{ALL}", given)):
+        if self.classes and re.fullmatch(f"{TARGET}|{ALL}", given):
             return given
         try:
             need_engine(given)
@@ -131,7 +129,7 @@ class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from cli
         ]
 
 
-SCENE, ENGINE, HOST = SceneType(), EngineType(), EngineType(none=True)
+SCENE, ENGINE = SceneType(), EngineType()
 
 
 def need_engine(name: str) -> None:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.figures.figure import STEPPED, Figure, FigureIdentity, FigureKind, content_digest
 from reports.results.comparison import COMPARISON
-from reports.results.faults.campaign import CellClass
 from reports.results.faults.selftest import FaultOutcome
 from reports.results.outcome import SEVERITY, Outcome
 from reports.results.stability import Stability
@@ -189,8 +188,8 @@ SCALES: tuple[tuple[str, ...], ...] = (
     ),
     (FaultOutcome.KILLED, FaultOutcome.INVISIBLE, FaultOutcome.SURVIVES, FaultOutcome.BROKEN),
     (FaultOutcome.CLEAN, FaultOutcome.FALSE_ALARM, FaultOutcome.BROKEN),
-    (CellClass.PASS, CellClass.LIMITED, CellClass.UNSUPPORTED, CellClass.LATE, CellClass.FALSE_ALARM),
-    (CellClass.CAUGHT, CellClass.BELOW, CellClass.BEYOND, CellClass.MISSED, CellClass.BROKEN),
+    ("pass", "limited", "unsupported", "timed out", "false alarm"),  # of random scenes, in nights of 0.7
+    ("caught", "below the limit", "beyond the predictability limit", "missed", "broken"),  # of faults in them
     ("reached", "at most", "no verdict", "not reached"),  # "at most" in nights before 2026-11-28
 )  # fmt: skip
 """Words of each study from the best to the worst"""
@@ -200,8 +199,8 @@ WRONG = {str(o) for o in (Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND, Outcome.J
 RIGHT = {str(Outcome.PASS), str(Outcome.ROUNDOFF_LIMITED)}
 VERDICT = "verdict"
 """Quantity of a comparison's verdict; those of other studies have the study's name before them"""
-OTHER_STUDIES = {files.study for files in STUDIES if files.followed} - {COMPARISON}
-"""First words of the quantities of all studies but the comparison"""
+OTHER_STUDIES = {"campaign", *(files.study for files in STUDIES if files.followed)} - {COMPARISON}
+"""First words of the quantities of all studies but the comparison; nights of 0.7 have campaigns of random scenes"""
 
 
 def judge_verdict(was: Figure, now: Figure) -> Judgement | None:

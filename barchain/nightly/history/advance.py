@@ -44,7 +44,8 @@ STATES_KEPT = 8
 OCCASIONS = 2
 """Occasions in a row that must have a figure: some figures are measured only now and then"""
 SAMPLED = ("stability.", "selftest.", "campaign.")
-"""Beginnings of the quantities of studies of which a night does a part only: scenes, or faults, of that night"""
+"""Beginnings of the quantities of studies of which a night does a part only: scenes, or faults, of that night. Nights
+of 0.7 have campaigns, of random scenes"""
 Subject = tuple[str, str, str]
 """Study, scene and fault of a figure: what is done as a whole"""
 MENDED = "the verdict became right: the earlier value was that of a wrong result"

@@ -1,4 +1,4 @@
-"""Jobs of a night: each part of the plan as a command line of barchain, with tonight's scenes, faults and seeds."""
+"""Jobs of a night: each part of the plan as a command line of barchain, with tonight's scenes and faults."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class NightJob:
     scenes: tuple[str, ...] = ()
     """Scenes in their order; empty where the command chooses its own"""
     others: int = 0
-    """Number of items of a job without scenes: faults, random scenes"""
+    """Number of items of a job without scenes: faults"""
     waits: bool = False
     """Whether the night before did nothing of the part for want of time"""
     favoured: bool = False

@@ -32,7 +32,6 @@ LOGS = "logs"
 """Folder of the logs of a night's parts"""
 NAMED = r"^[a-z0-9][a-z0-9-]*$"
 DEFAULT_MINUTES = 15.0
-NO_HOSTS = "none"
 
 
 def shown(text: str) -> str:
@@ -105,14 +104,13 @@ class PartTable(Table):
         return name
 
     def command(self, turn: int, /) -> tuple[tuple[str, ...], int]:
-        """Command and options of the part on a night, and the number of its items other than scenes: faults, seeds."""
+        """Command and options of the part on a night, and the number of its items other than scenes: faults."""
         raise NotImplementedError
 
     @property
     def named_engines(self) -> tuple[str, ...]:
-        """Engines that the part names, to be judged or to hold faults."""
-        named = (*getattr(self, "engines", ()), *getattr(self, "hosts", ()))
-        return tuple(name for name in named if name != NO_HOSTS)
+        """Engines that the part names."""
+        return tuple(getattr(self, "engines", ()))
 
     @field_validator("scenes", "engines", check_fields=False)
     @classmethod
@@ -238,24 +236,6 @@ class RoundoffTable(PartTable):
         return ("roundoff", *each("--part", self.parts), *each("--size", map(repr, self.sizes))), 0
 
 
-class CampaignTable(PartTable):
-    """Engines on random scenes; the seed goes on from night to night."""
-
-    study = "campaign"
-
-    scenes: int = Field(5, ge=1, le=10_000, description="number of random scenes")
-    seed: int = Field(0, ge=0, le=2**62, description="number of the first night's first scene")
-    engines: Names = Field((), description="engines that are judged; default: those of the command")
-    hosts: Names = Field((NO_HOSTS,), description="engines that faults are inserted into, or none")
-
-    def command(self, turn: int, /) -> tuple[tuple[str, ...], int]:
-        """`barchain selftest --random`: each night's first random scene is the next one after those of the last."""
-        hosts = self.hosts if self.hosts == (NO_HOSTS,) else checked_engines(self.hosts)
-        seed = str(self.seed + turn * self.scenes)
-        words = ("selftest", "--random", str(self.scenes), "--seed", seed, "--shrink-seconds", "0")
-        return (*words, *each("--host", hosts), *each("--engine", checked_engines(self.engines))), self.scenes
-
-
 class SelftestTable(PartTable):
     """Planted faults: a night that misses one is void."""
 
@@ -298,13 +278,12 @@ class PlanFile(Table):
     scaling: list[ScalingTable] = Field([], max_length=MOST_PARTS, description="peak memory")
     stability: list[StabilityTable] = Field([], max_length=MOST_PARTS, description="hard scenes")
     roundoff: list[RoundoffTable] = Field([], max_length=MOST_PARTS, description="round-off")
-    campaign: list[CampaignTable] = Field([], max_length=MOST_PARTS, description="random scenes")
 
     @property
     def parts(self) -> tuple[PartTable, ...]:
         """All parts, planted faults first: the alarm is tried before it is trusted."""
         timed = (*self.cost, *self.scaling)
-        return (*self.selftest, *self.comparison, *timed, *self.stability, *self.roundoff, *self.campaign)
+        return (*self.selftest, *self.comparison, *timed, *self.stability, *self.roundoff)
 
     @model_validator(mode="after")
     def different_names(self) -> PlanFile:
@@ -318,6 +297,8 @@ class PlanFile(Table):
         return self
 
 
+CAMPAIGN = "campaign"
+"""Part of plans of 0.7: random scenes"""
 SHIPPED = Path(__file__).with_name("default.toml")
 DIGITS = 8
 
@@ -333,8 +314,11 @@ class NightPlan:
 
     @property
     def identity(self) -> str:
-        """Name and digest of the content: nights of the same plan are expected to have the same figures."""
-        content = self.file.model_dump(mode="json", exclude={"minutes"})
+        """Name and digest of the content: nights of the same plan are expected to have the same figures.
+
+        A plan is the same as in 0.7, where it could have random scenes.
+        """
+        content = self.file.model_dump(mode="json", exclude={"minutes"}) | {CAMPAIGN: []}
         return f"{self.file.name} {content_digest(content)[:DIGITS]}"
 
 
@@ -349,7 +333,13 @@ def load_plan(path: Path | None = None) -> NightPlan:
     path = path or SHIPPED
     shown = visible(path) if path != SHIPPED else path.name
     try:
-        file = PlanFile.model_validate(tables_of(read_text(path)))
+        tables = tables_of(read_text(path))
+        if CAMPAIGN in tables:
+            raise PlanError(
+                f"{shown}: [[{CAMPAIGN}]] given, which is no part of a night any more: leave it out, and run "
+                "`python benchmarks/random_scenes.py N --seed K` of barchain's sources, a benchmark of random scenes"
+            )
+        file = PlanFile.model_validate(tables)
     except ValidationError as error:
         raise PlanError("\n".join(f"{shown}: {line}" for line in fault_lines(error, PlanFile))) from None
     except (LimitError, UnreadableError) as error:

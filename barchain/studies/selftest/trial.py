@@ -1,6 +1,7 @@
 """The harness of the self-test: one engine on one scene, as it is or with a fault in it, run and judged as a case.
 
-The kill matrix and the random campaign differ in where scenes and faults come from, and in what they make of a verdict.
+The kill matrix and `benchmarks/random_scenes.py` differ in where scenes and faults come from, and in what they make of
+a verdict.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
 from barchain.judge.compare import judge
-from barchain.judge.evidence import follow_up_jobs, gathered
+from barchain.judge.evidence import gathered
 from barchain.runs.asking import declarations_of
 from barchain.runs.cases import Case, Shared, Task, alone
 from barchain.runs.job import TIME_LIMIT_S, Job, Role, TimeLimit
@@ -22,8 +23,6 @@ from barchain.studies.selftest.faults.catalogue import FaultRegistration, fault_
 from barchain.studies.verdict_tasks import verdict_task
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from adapters.engine import Declarations, Setting
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
@@ -80,13 +79,13 @@ class Trial:
         """Setting at which it is judged."""
         return self.host.sweep.setting()
 
-    def jobs(self, roles: Iterable[Role] = FIRST) -> list[Job]:
-        """Runs of some roles."""
-        wanted, host, setting = tuple(roles), self.host, self.setting
-        first = {Role.MAIN: setting, Role.FINER: finer_setting(self.scene, host.sweep, setting)}
-        jobs = [Job(self.scene, self.engine, self.registration, first[r], r) for r in wanted if r in first]
-        further = [r for r in wanted if r not in first]
-        return jobs + follow_up_jobs(self.scene, self.engine, self.registration, host, setting, further)
+    def jobs(self) -> list[Job]:
+        """First runs."""
+        settings = self.setting, finer_setting(self.scene, self.host.sweep, self.setting)
+        return [
+            Job(self.scene, self.engine, self.registration, setting, role)
+            for role, setting in zip(FIRST, settings, strict=True)
+        ]
 
     def left_out(self, solution: ReferenceSolution) -> str:
         """Why the fault can't be inserted; empty if it can."""
@@ -123,8 +122,6 @@ class TrialRuns:
     """Runs with the fault in them"""
     unmodified: dict[Role, RunResult] = field(default_factory=dict)
     """First runs of the unmodified engine; empty where the trial is of that engine"""
-    seconds: float = 0.0
-    """Time of the runs that were made for this trial alone"""
 
     def unmodified_trajectory(self, role: Role) -> Trajectory | None:
         """Trajectory of the unmodified engine."""
@@ -177,20 +174,12 @@ class SceneRuns:
         known = {job.role: result for job, result in zip(unmodified, made[len(jobs) :], strict=True)}
         return with_runs(TrialRuns(trial, solution, {}, known), jobs, made[: len(jobs)])
 
-    def further_runs_of(self, runs: TrialRuns, roles: Iterable[Role]) -> Case[TrialRuns]:
-        """The same with the further runs that its verdict asks for."""
-        jobs = runs.trial.jobs(roles)
-        made = yield [self.run_of(job) for job in jobs]
-        return with_runs(runs, jobs, made)
-
 
 def with_runs(runs: TrialRuns, jobs: list[Job], made: list[RunResult]) -> TrialRuns:
     """A trial with more of its runs."""
     trial = runs.trial
     results = {job.role: trial.with_fault(job, result) for job, result in zip(jobs, made, strict=True)}
-    own = made if not trial.fault or not trial.replays else []
-    seconds = runs.seconds + sum(sum(result.seconds.values()) for result in own)
-    return replace(runs, results=runs.results | results, seconds=seconds)
+    return replace(runs, results=runs.results | results)
 
 
 def judged(runs: TrialRuns) -> Case[Verdict | CallFailedError]:

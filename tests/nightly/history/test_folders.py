@@ -33,7 +33,6 @@ KINDS = {
     "roundoff": {FigureKind.RATIO},
     "effects": {FigureKind.RATIO, FigureKind.VALUE, FigureKind.VERDICT},
     "selftest": {FigureKind.VERDICT},
-    "campaign": {FigureKind.VALUE, FigureKind.VERDICT},
     "ensemble": {FigureKind.COUNT, FigureKind.VALUE},
 }
 

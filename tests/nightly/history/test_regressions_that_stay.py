@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.nightly.figures.changes import results_words
+from barchain.nightly.figures.figure import Figure, FigureKind
 from barchain.nightly.history.acceptances import acceptances_of, accepting
 from barchain.nightly.history.judging import judge, judge_pair
 from barchain.nightly.history.standing import still_holding
 from reports.results.rows import NOT_RUN
-from tests.nightly.history.synthetic import error, night, verdict
+from tests.nightly.history.synthetic import NAMES, error, identity, night, verdict
 
 if TYPE_CHECKING:
     from barchain.nightly.history.nights import NightStore
@@ -51,6 +52,26 @@ def test_a_figure_that_comes_back_worse_after_a_gap_is_worse(store: NightStore) 
     store.add(night(error(1e-2), number=2))
     (change,), (state,) = judge(store).tonight, still_holding(judge(store))
     assert (change.direction, change.was.value, state.since) == ("worse", 1e-5, store.nights()[1].name)
+
+
+def on_random_scene(word: str, fault: str = "") -> Figure:
+    """Figure of nights of 0.7: rating of an engine, or of a fault in it, on a random scene."""
+    return Figure(
+        identity("campaign.class", FigureKind.VERDICT, scene="random/3", setting=fault), word=word, depends=NAMES
+    )
+
+
+@pytest.mark.parametrize("plan", ["plan", "other"])
+def test_random_scenes_in_nights_of_0_7_are_judged_and_nothing_is_missed_where_later_nights_have_none(
+    plan: str, store: NightStore
+) -> None:
+    for k, (engine, fault) in enumerate((("pass", "caught"), ("pass", "caught"), ("false alarm", "missed"))):
+        rate = Figure(identity("campaign.rate.missed", FigureKind.VALUE, unit="1"), 0.1 * k, low=0.0, high=1.0)
+        store.add(night(verdict(), on_random_scene(engine), on_random_scene(fault, "mu"), rate, number=k))
+    assert [change.direction for change in judge(store).tonight] == ["worse", "worse"]
+    store.add(night(verdict(), number=3, plan=plan))
+    assert judge(store).tonight == ()
+    assert standing(store) == ["campaign.class", "campaign.class"]
 
 
 def test_a_small_repair_does_not_end_a_large_regression(store: NightStore) -> None:

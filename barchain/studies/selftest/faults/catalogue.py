@@ -1,4 +1,4 @@
-"""All planted mistakes by name, and which of them are tried on the fixed and on the random scenes of the self-test."""
+"""All planted mistakes by name, and which of them the self-test tries on its scenes."""
 
 from __future__ import annotations
 
@@ -31,22 +31,13 @@ CATALOGUE = by_name((
     *misprints.FAULTS, *equations.FAULTS, *forces.FAULTS, *events.FAULTS, *output.FAULTS, *readings.FAULTS,
     *readings.GARBAGE, *declarations.FAULTS,
 ))  # fmt: skip
-SHARED = ("sign-reaction", "damped-rate", "mass", "mu", "impulse-late", "thrust-late")
-"""Faults that are tried on fixed and on random scenes"""
-REACHING_RANDOM_SCENES = (
-    "gravity-model", "impulse-late-millisecond", "impulse-late", "thrust-late-millisecond", "thrust-late", "sloppy",
-    "mass", "mass-stuck", "mu", "clock-fast",
-)  # fmt: skip
-"""Faults in the scene or the setting that any engine can be given"""
-RANDOM_SCENES = {
-    name: CATALOGUE[name]
-    for name in (
-        *(f.name for f in (*readings.GARBAGE, *readings.FAULTS)), "sign-reaction", "damped-rate",
-        *REACHING_RANDOM_SCENES, *(f.name for f in declarations.FAULTS),
-    )
+FOR_OTHER_SCENES = {
+    "gravity-model", "impulse-late-millisecond", "thrust-late-millisecond", "sloppy", "mass-stuck", "clock-fast",
+    *(f.name for f in (*readings.GARBAGE, *readings.FAULTS, *declarations.FAULTS)),
 }  # fmt: skip
-"""Those that a verdict on any scene detects, or that are smaller than its own detection limit"""
-FIXED_SCENES = {name: f for name, f in CATALOGUE.items() if name not in RANDOM_SCENES or name in SHARED}
+"""Names of those that the short scenes need not detect: random scenes (`benchmarks/random_scenes.py`) and tests have
+them"""
+FIXED_SCENES = {name: f for name, f in CATALOGUE.items() if name not in FOR_OTHER_SCENES}
 """Those that have to be detected, at their natural size, in at least one of the short scenes of the kill matrix"""
 
 

@@ -1,21 +1,21 @@
-"""The production judge's verdict on a trial, rated as right or wrong: cells of the random campaign, and their rates."""
+"""The production judge's verdict on a trial, rated as right or wrong."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
 
+from barchain.judge.evidence import follow_up_jobs
 from barchain.judge.scales import scales
 from barchain.judge.verdict import Verdict
 from barchain.metrics.quantities import differences
 from barchain.runs.call import CallLateError
-from barchain.studies.selftest.trial import FIRST, judged
-from reports.results.faults.campaign import ALL, CellClass
+from barchain.studies.selftest.trial import FIRST, judged, with_runs
 from reports.results.outcome import Outcome
 from scenarios.channels import DRIFTING
 
@@ -32,15 +32,35 @@ UNRUN = (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)
 """Outcomes of a run that say nothing of a fault in it"""
 UNJUDGED = (Outcome.UNSUPPORTED, Outcome.TOO_COARSE)
 """Outcomes that are neither a pass nor a rejection"""
-UNMODIFIED = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
-"""Classes of unmodified engines that ran"""
-TRIED = (CellClass.CAUGHT, CellClass.MISSED)
-"""Classes of faults that a verdict has to detect"""
 LOST = 1.0  # of a quantity's scale: what a sample that is missing counts as
 MEASURED = {channel.name: channel.array for channel in DRIFTING if channel.array}
-CONFIDENCE = 0.95
-MOST_FALSE_ALARMS = 0.005
-"""Share of verdicts on unmodified engines that may be false alarms"""
+
+
+class Rating(StrEnum):
+    """Rating of a trial."""
+
+    PASS = "pass"
+    """An unmodified engine that the judge accepts"""
+    LIMITED = "limited"
+    """An unmodified engine that round-off limits, by the verdict"""
+    FALSE_ALARM = "false alarm"
+    """An unmodified engine that the judge rejects"""
+    UNSUPPORTED = "unsupported"
+    """An engine that does not support the scene"""
+    LATE = "timed out"
+    """An engine whose run reaches its time limit: no verdict"""
+    CAUGHT = "caught"
+    """A faulty engine that the judge rejects"""
+    MISSED = "missed"
+    """An undetected fault above the detection limit of the verdict"""
+    BELOW = "below the limit"
+    """An undetected fault below the detection limit of the verdict"""
+    BEYOND = "beyond the predictability limit"
+    """An undetected fault above the detection limit only where the verdict compares nothing with the reference"""
+    NOTHING = "not applicable"
+    """A fault that changes nothing in the scene, or can't be inserted"""
+    BROKEN = "broken"
+    """A faulty engine that fails where it should run: the fault is not inserted as meant"""
 
 
 class DetectionLimit(NamedTuple):
@@ -57,8 +77,8 @@ Limits = dict[str, DetectionLimit]
 
 
 @dataclass(frozen=True)
-class CampaignCell:
-    """One engine on one scene, as it is or with a fault in it; a row of the table."""
+class RatedTrial:
+    """One engine on one scene, as it is or with a fault in it."""
 
     scene: str
     engine: str
@@ -66,7 +86,7 @@ class CampaignCell:
     """Empty: the engine as it is"""
     outcome: str = ""
     """The judge's; empty where nothing was judged"""
-    kind: CellClass = CellClass.NOTHING
+    rating: Rating = Rating.NOTHING
     quantity: str = ""
     """Quantity that is rejected, or that the fault changes most"""
     reason: str = ""
@@ -74,27 +94,18 @@ class CampaignCell:
     """Largest change of the quantity, over its scale"""
     limit: float | None = None
     """Smallest detectable change by the unmodified engine's verdict"""
-    own_limit: float | None = None
-    """Smallest detectable change by the faulty engine's own verdict, which a user would read"""
-    seconds: float = 0.0
-    """Time of its own runs"""
     limits: Limits = field(default_factory=dict, compare=False)
-    """Detection limits that its verdict states; no column of the table"""
+    """Detection limits that its verdict states"""
 
     @property
     def is_finding(self) -> bool:
         """Whether it speaks against the judge."""
-        return self.kind in (CellClass.MISSED, CellClass.FALSE_ALARM)
-
-    def row(self) -> dict[str, Any]:
-        """Row of the table."""
-        renamed = {"kind": "class", "limit": "detection_limit"}
-        return {renamed.get(name, name): value for name, value in vars(self).items() if name != "limits"}
+        return self.rating in (Rating.MISSED, Rating.FALSE_ALARM)
 
 
 def rated(
-    scene: SceneRuns, trial: Trial, solution: ReferenceSolution, before: CampaignCell | None = None
-) -> Case[CampaignCell]:
+    scene: SceneRuns, trial: Trial, solution: ReferenceSolution, before: RatedTrial | None = None
+) -> Case[RatedTrial]:
     """Run a trial, and rate its verdict; where the first runs do not decide it, after those that it asks for besides.
 
     Parameters
@@ -102,7 +113,7 @@ def rated(
     scene : SceneRuns
     trial : Trial
     solution : ReferenceSolution
-    before : CampaignCell, optional
+    before : RatedTrial, optional
         The unmodified engine; needed for a fault.
     """
     runs = yield from scene.runs_of(trial, solution)
@@ -111,26 +122,30 @@ def rated(
         return nothing
     verdict = yield from judged(runs)
     if isinstance(verdict, Verdict) and verdict.further_runs:
-        runs = yield from scene.further_runs_of(runs, verdict.further_runs)
+        jobs = follow_up_jobs(
+            trial.scene, trial.engine, trial.registration, trial.host, trial.setting, verdict.further_runs
+        )
+        made = yield [scene.run_of(job) for job in jobs]
+        runs = with_runs(runs, jobs, made)
         verdict = yield from judged(runs)
     if isinstance(verdict, Verdict):
-        return unmodified_cell(runs, verdict) if before is None else fault_cell(runs, verdict, before)
-    kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM  # a mistake in the campaign
+        return rated_unmodified(runs, verdict) if before is None else rated_fault(runs, verdict, before)
+    rating = Rating.BROKEN if trial.fault else Rating.FALSE_ALARM
     outcome = Outcome.NOTHING_COMPARED if isinstance(verdict, CallLateError) else Outcome.FAILED
     said = f"no verdict: {verdict}"
-    return CampaignCell(trial.scene.name, trial.engine, trial.fault, str(outcome), kind, reason=said)
+    return RatedTrial(trial.scene.name, trial.engine, trial.fault, str(outcome), rating, reason=said)
 
 
-def unjudged(runs: TrialRuns) -> CampaignCell | None:
-    """Cell of a fault that changes nothing, or whose runs fail; None where there is something to judge."""
+def unjudged(runs: TrialRuns) -> RatedTrial | None:
+    """Rating of a fault that changes nothing, or whose runs fail; None where there is something to judge."""
     trial, fault = runs.trial, runs.trial.inserted_fault
-    cell = CampaignCell(trial.scene.name, trial.engine, trial.fault, seconds=runs.seconds)
+    found = RatedTrial(trial.scene.name, trial.engine, trial.fault)
     failed = next((runs.results[role] for role in FIRST if runs.results[role].outcome in UNRUN), None)
     if failed:
-        return replace(cell, kind=CellClass.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
+        return replace(found, rating=Rating.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
     alike = (same(runs.unmodified_trajectory(role), runs.results[role].trajectory) for role in FIRST)
     if fault and not fault.declares and all(alike):
-        return replace(cell, reason="it changes nothing there")
+        return replace(found, reason="it changes nothing there")
     return None
 
 
@@ -146,37 +161,37 @@ def same(a: Trajectory | None, b: Trajectory | None) -> bool:
     )  # fmt: skip
 
 
-def unmodified_cell(runs: TrialRuns, verdict: Verdict) -> CampaignCell:
-    """Cell of an unmodified engine."""
+def rated_unmodified(runs: TrialRuns, verdict: Verdict) -> RatedTrial:
+    """Rating of an unmodified engine."""
     outcome = verdict.outcome
     if not outcome.ok:
         late = outcome is Outcome.TIMED_OUT
-        return cell_of(runs, verdict, CellClass.LATE if late else CellClass.FALSE_ALARM, *rejection(verdict))
-    kinds = dict.fromkeys(UNJUDGED, CellClass.UNSUPPORTED) | {Outcome.ROUNDOFF_LIMITED: CellClass.LIMITED}
-    kind = kinds.get(outcome, CellClass.PASS)
+        return rated_as(runs, verdict, Rating.LATE if late else Rating.FALSE_ALARM, *rejection(verdict))
+    ratings = dict.fromkeys(UNJUDGED, Rating.UNSUPPORTED) | {Outcome.ROUNDOFF_LIMITED: Rating.LIMITED}
+    rating = ratings.get(outcome, Rating.PASS)
     said = next((row["reason"] for row in verdict.rows if row["outcome"] == outcome), "")
-    return cell_of(runs, verdict, kind, "", "" if kind is CellClass.PASS else said)
+    return rated_as(runs, verdict, rating, "", "" if rating is Rating.PASS else said)
 
 
-def fault_cell(runs: TrialRuns, verdict: Verdict, before: CampaignCell) -> CampaignCell:
-    """Cell of a fault: detected, or smaller or larger than the stated detection limit.
+def rated_fault(runs: TrialRuns, verdict: Verdict, before: RatedTrial) -> RatedTrial:
+    """Rating of a fault: detected, or smaller or larger than the stated detection limit.
 
     Where the unmodified engine passes, a fault that is then limited by round-off is detected.
     """
     stated, own = before.limits, limits_of(verdict)
     whole = fault_sizes(runs)
-    limited = verdict.outcome is Outcome.ROUNDOFF_LIMITED and before.kind is CellClass.PASS
+    limited = verdict.outcome is Outcome.ROUNDOFF_LIMITED and before.rating is Rating.PASS
     if limited or not verdict.outcome.ok or verdict.outcome in UNJUDGED:  # none of these is a pass
-        return cell_of(runs, verdict, CellClass.CAUGHT, *rejection(verdict), whole, stated)
+        return rated_as(runs, verdict, Rating.CAUGHT, *rejection(verdict), whole, stated)
     # a fault that differs from run to run makes the engine's error estimate larger, and its own verdict says so
     limits = {name: max(limit, own.get(name, limit), key=lambda each: each.share) for name, limit in stated.items()}
     compared = fault_sizes(runs, stated)
     quantity, excess = worst(limits, compared)
     if excess > 1.0:
-        return cell_of(runs, verdict, CellClass.MISSED, quantity, "", compared, stated)
+        return rated_as(runs, verdict, Rating.MISSED, quantity, "", compared, stated)
     quantity, excess = worst(limits, whole)
-    kind = CellClass.BEYOND if excess > 1.0 else CellClass.BELOW
-    return cell_of(runs, verdict, kind, quantity, "", whole, stated)
+    rating = Rating.BEYOND if excess > 1.0 else Rating.BELOW
+    return rated_as(runs, verdict, rating, quantity, "", whole, stated)
 
 
 def rejection(verdict: Verdict) -> tuple[str, str]:
@@ -185,21 +200,20 @@ def rejection(verdict: Verdict) -> tuple[str, str]:
     return row["quantity"], row["reason"] or row["metric"]
 
 
-def cell_of(
+def rated_as(
     runs: TrialRuns,
     verdict: Verdict,
-    kind: CellClass,
+    rating: Rating,
     quantity: str,
     reason: str,
     found: Mapping[str, float] = MappingProxyType({}),
     stated: Mapping[str, DetectionLimit] = MappingProxyType({}),
-) -> CampaignCell:
-    """Cell of a trial: the size of its fault in one quantity, of sizes `found`, and the limits of that."""
-    trial, own = runs.trial, limits_of(verdict)
-    limit, own_limit = (limits[quantity].share if quantity in limits else None for limits in (stated, own))
-    return CampaignCell(
-        trial.scene.name, trial.engine, trial.fault, str(verdict.outcome), kind, quantity, reason,
-        found.get(quantity), limit, own_limit, runs.seconds, own,
+) -> RatedTrial:
+    """Trial with its rating: the size of its fault in one quantity, of sizes `found`, and the limit of that."""
+    trial, limit = runs.trial, stated[quantity].share if quantity in stated else None
+    return RatedTrial(
+        trial.scene.name, trial.engine, trial.fault, str(verdict.outcome), rating, quantity, reason,
+        found.get(quantity), limit, limits_of(verdict),
     )  # fmt: skip
 
 
@@ -278,45 +292,3 @@ def changes(unmodified: Trajectory, faulty: Trajectory) -> dict[str, Array]:
         if mine is not None and theirs is not None and mine.size:
             found[name] = np.abs(mine[:n] - theirs[:n]).reshape(n, -1).max(axis=1)
     return found
-
-
-def rates(cells: list[CampaignCell]) -> list[dict[str, Any]]:
-    """Rates of false alarms and of missed faults, those over everything first: rows of the tables of rates."""
-    unmodified = [c for c in cells if not c.fault and c.kind in UNMODIFIED]
-    tried = [c for c in cells if c.fault and c.kind in TRIED]
-    faulty = [c for c in cells if c.fault and c.kind in (*TRIED, CellClass.BELOW, CellClass.BEYOND)]
-    alarms = [c for c in unmodified if c.kind is CellClass.FALSE_ALARM]
-    found = [
-        rate(kind, ALL, ALL, among) for kind, among in ((CellClass.FALSE_ALARM, unmodified), (CellClass.MISSED, tried))
-    ]
-    for outcome in dict.fromkeys(c.outcome for c in alarms):
-        counted = sum(c.outcome == outcome for c in alarms)
-        found.append(rate(CellClass.FALSE_ALARM, "outcome", outcome, unmodified, counted))
-    for kind, among, by in (
-        (CellClass.FALSE_ALARM, unmodified, "engine"),
-        (CellClass.LIMITED, unmodified, "engine"),
-        (CellClass.MISSED, tried, "engine"),
-        (CellClass.MISSED, tried, "fault"),
-        (CellClass.BELOW, faulty, "fault"),
-        (CellClass.BEYOND, faulty, "fault"),
-    ):
-        names = dict.fromkeys(getattr(c, by) for c in among)
-        found += [rate(kind, by, name, [c for c in among if getattr(c, by) == name]) for name in names]
-    return found
-
-
-def rate(kind: CellClass, by: str, name: str, among: list[CampaignCell], count: int | None = None) -> dict[str, Any]:
-    """Rate of a class of cells, or of so many cells, with Wilson's score interval of 95 %.
-
-    The interval covers its confidence on average, and holds for counts of zero. A rate of nothing is not a number.
-    """
-    n, counted = len(among), sum(c.kind is kind for c in among) if count is None else count
-    low, high = binomtest(counted, n).proportion_ci(CONFIDENCE, method="wilson") if n else (0.0, 1.0)
-    said = {"what": str(kind), "by": by, "name": name, "n": n, "count": counted, "why": "" if n else "none tried"}
-    return said | {"rate": counted / n if n else math.nan, "low": float(low), "high": float(high)}
-
-
-def passed(cells: list[CampaignCell]) -> bool:
-    """Whether no fault above its detection limit is missed, and false alarms are as rare as they have to be."""
-    false, missed = rates(cells)[:2]
-    return bool(missed["count"] == 0 and false["count"] <= math.ceil(MOST_FALSE_ALARMS * false["n"]))

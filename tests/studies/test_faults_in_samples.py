@@ -1,4 +1,4 @@
-"""Each fault changes what it says, by as much as it says."""
+"""Each fault in samples, declarations or settings changes what it says, by as much as it says."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
 from barchain.runs.job import Role
-from barchain.studies.selftest.faults.catalogue import RANDOM_SCENES, UnknownFaultError, fault_registration, find
+from barchain.studies.selftest.faults.catalogue import CATALOGUE, UnknownFaultError, fault_registration, find
 from barchain.studies.selftest.faults.readings import LEAST, SHARES
-from barchain.studies.selftest.scenes import draw
+from benchmarks.random_campaign.scenes import draw
 from scenarios import Gravity
-from tests.studies.campaign.drawn import EVENTS, FINER, MAIN, seen, with_fault
 
 if TYPE_CHECKING:
     from adapters.engine import Declarations, Engine
@@ -27,15 +26,38 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 
-def test_names_are_unique_and_words_are_there() -> None:
-    assert len(RANDOM_SCENES) > 45
-    for name, fault in RANDOM_SCENES.items():
-        assert fault.name == name
-        assert fault.words
-        assert fault.stands_for
-        assert fault.scene or fault.setting or fault.output or fault.fresh or fault.declares
+BUSY = 2
+"""Random scene with an impulse, a thrust and a slew"""
+MAIN, FINER = Setting(AccuracyParameter.RTOL, 1e-10), Setting(AccuracyParameter.RTOL, 1e-11)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Three bars in a point's pull, for a third of an orbit."""
+    drawn = draw(8)
+    return dataclasses.replace(drawn, run=dataclasses.replace(drawn.run, samples=41))
+
+
+@pytest.fixture(scope="module")
+def unmodified(scene: Scene) -> Trajectory:
+    """Run of it."""
+    return seen(scene)
+
+
+def seen(scene: Scene, setting: Setting = MAIN) -> Trajectory:
+    """Run of the reference."""
+    return Reference().run(scene, setting)
+
+
+def with_fault(name: str, run: Trajectory, scene: Scene, setting: Setting = MAIN) -> Trajectory:
+    """What a run shows with a fault in it."""
+    fault = CATALOGUE[name]
+    return fault.output_of(run, scene, setting, fault.natural)
+
+
+def test_the_nearest_name_is_told() -> None:
     with pytest.raises(UnknownFaultError, match="did you mean mass"):
-        find("maas", RANDOM_SCENES)
+        find("maas")
 
 
 @pytest.mark.parametrize("begins", SHARES)
@@ -65,10 +87,10 @@ def test_garbage_begins_where_it_says(begins: str, scene: Scene, unmodified: Tra
 def test_garbage_is_put_into_the_runs_that_it_says_and_differs_from_run_to_run(
     scene: Scene, unmodified: Trajectory
 ) -> None:
-    assert RANDOM_SCENES["garbage-sudden-25-main"].acts_in(Role.MAIN)
-    assert not RANDOM_SCENES["garbage-sudden-25-main"].acts_in(Role.FINER)
-    assert not RANDOM_SCENES["garbage-sudden-25-finer"].acts_in(Role.ROUNDOFF_1)
-    assert all(RANDOM_SCENES["garbage-sudden-25-all"].acts_in(role) for role in Role)
+    assert CATALOGUE["garbage-sudden-25-main"].acts_in(Role.MAIN)
+    assert not CATALOGUE["garbage-sudden-25-main"].acts_in(Role.FINER)
+    assert not CATALOGUE["garbage-sudden-25-finer"].acts_in(Role.ROUNDOFF_1)
+    assert all(CATALOGUE["garbage-sudden-25-all"].acts_in(role) for role in Role)
     amounts = [
         with_fault("garbage-com", unmodified, scene, s).com_m[-1] - unmodified.com_m[-1] for s in (MAIN, FINER, MAIN)
     ]
@@ -150,7 +172,7 @@ def test_an_invented_end_is_at_a_quarter_of_the_run(scene: Scene, unmodified: Tr
 
 def staged(name: str, scene: Scene) -> Scene:
     """Scene that an engine with a fault in it is given."""
-    return RANDOM_SCENES[name].staged(scene, RANDOM_SCENES[name].natural)
+    return CATALOGUE[name].staged(scene, CATALOGUE[name].natural)
 
 
 def test_wrong_scenes_are_wrong_in_one_thing(scene: Scene) -> None:
@@ -164,7 +186,7 @@ def test_wrong_scenes_are_wrong_in_one_thing(scene: Scene) -> None:
 
 
 def test_late_and_stretched_events(scene: Scene) -> None:
-    busy = draw(EVENTS)
+    busy = draw(BUSY)
     (blow,), (thrust,) = busy.effects.impulse, busy.effects.thrust
     assert staged("impulse-late-millisecond", busy).effects.impulse[0].at_s == pytest.approx(
         blow.at_s + 1e-3, rel=1e-15
@@ -199,7 +221,7 @@ def test_a_sloppy_engine_claims_many_steps(scene: Scene) -> None:
 
 def test_false_declarations_are_those_that_judge(scene: Scene, unmodified: Trajectory) -> None:
     def said(name: str, host: type[Engine]) -> Declarations:
-        return RANDOM_SCENES[name].declares(host.declarations(), unmodified)
+        return CATALOGUE[name].declares(host.declarations(), unmodified)
 
     noise = said("declares-noise", Reference).noise(scene, MAIN, unmodified.t_s)
     assert noise["attitude"] == 1.0
@@ -207,7 +229,7 @@ def test_false_declarations_are_those_that_judge(scene: Scene, unmodified: Traje
     assert said("declares-order", Exudyn).order == 1.0
     assert said("declares-absolute", Pymunk).coordinates is Coordinates.ABSOLUTE
     assert not said("declares-track", find_engine("reference-absolute").load()).track_by_length
-    assert "chooses its steps" in RANDOM_SCENES["declares-order"].foreign(Reference.declarations())
-    assert "rightly" in RANDOM_SCENES["declares-track"].foreign(Reference.declarations())
-    assert "equal steps" in RANDOM_SCENES["sloppy"].foreign(Exudyn.declarations())
-    assert "no gaps" in RANDOM_SCENES["joints-torn"].foreign(find_engine("exudyn-tree").declarations())
+    assert "chooses its steps" in CATALOGUE["declares-order"].foreign(Reference.declarations())
+    assert "rightly" in CATALOGUE["declares-track"].foreign(Reference.declarations())
+    assert "equal steps" in CATALOGUE["sloppy"].foreign(Exudyn.declarations())
+    assert "no gaps" in CATALOGUE["joints-torn"].foreign(find_engine("exudyn-tree").declarations())

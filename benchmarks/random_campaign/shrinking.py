@@ -15,25 +15,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.runs.cases import Runner, Running
-from barchain.studies.selftest.scenes import draw
 from reports.results.writing import write_atomically
 from scenarios import Gravity, SceneError, parse_scene
 from scenarios.toml.writing import TABLES, scene_data, scene_toml, toml
+
+from .campaign import again
+from .scenes import draw
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
-    from barchain.runs.cases import Case
     from barchain.runs.executors import Executor
-    from barchain.studies.selftest.rating import CampaignCell
     from scenarios import Scene
     from scenarios.scene import Array
 
-    Data = dict[str, Any]
-    CellOn = Callable[[Scene, CampaignCell, float], Case[CampaignCell | None]]
+    from .rating import RatedTrial
 
-MOST_SHRUNK = 5
+    Data = dict[str, Any]
+
 SAMPLES, SHARES, DIGITS = (3, 5, 11, 31, 101), (0.05, 0.1, 0.2, 0.5), (1, 2, 3, 5)
 """Simpler values of the parts of a scene, the simplest first"""
 EXACT = 17
@@ -42,89 +42,54 @@ JOINT_LISTS = ("stiffness_N_m_rad", "damping_N_m_s_rad", "rest_deg")
 INSTANTS = {"at_s", "start_s", "times_s", "duration_s"}
 
 
-@dataclass(frozen=True)
-class KeptFinding:
-    """A finding and its scene."""
-
-    cell: CampaignCell
-    """First one of its kind"""
-    times: int
-    """Cells of its kind"""
-    path: Path
-
-
-def kinds(findings: Iterable[CampaignCell]) -> list[list[CampaignCell]]:
+def kinds(findings: Iterable[RatedTrial]) -> list[list[RatedTrial]]:
     """Findings that differ by their scene alone, together; missed faults first."""
-    groups: dict[tuple[str, ...], list[CampaignCell]] = {}
-    for cell in findings:
-        groups.setdefault((cell.engine, cell.fault, cell.outcome, cell.quantity), []).append(cell)
-    return sorted(groups.values(), key=lambda cells: not cells[0].fault)
+    groups: dict[tuple[str, ...], list[RatedTrial]] = {}
+    for one in findings:
+        groups.setdefault((one.engine, one.fault, one.outcome, one.quantity), []).append(one)
+    return sorted(groups.values(), key=lambda group: not group[0].fault)
 
 
-def kept_findings(
-    groups: list[list[CampaignCell]],
-    folder: Path,
-    cell_on: CellOn,
-    seconds: float,
-    executor: Executor,
-    done: Callable[[int], None],
-) -> list[KeptFinding]:
-    """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each.
+def written(finding: RatedTrial, folder: Path, seconds: float, executor: Executor) -> Path:
+    """Write the scene of a finding into a folder; if there are some seconds, as simple a scene as is found in them.
 
-    Parameters
-    ----------
-    groups : list of list of CampaignCell
-        From :func:`kinds`.
-    folder : Path
-        Folder of the scenes.
-    cell_on : callable
-        Case that tries a finding on another scene, given its cell and the wall time of a run, s.
-    seconds : float
-    executor : Executor
-        Place of the candidates' runs: an engine that dies or hangs there costs its candidate alone.
-    done : callable
-        Given 1 after each kind.
+    The candidates' runs are made in the executor: an engine that dies or hangs there costs its candidate alone.
     """
-    kept = []
-    for k, cells in enumerate(groups):
-        first = cells[0]
-        words = (first.scene.rpartition("/")[2], first.engine.strip("()").replace(" ", "-"), first.fault)
-        path, scene = folder / f"{'-'.join(filter(None, words))}.toml", draw(int(first.scene.rpartition("/")[2]))
-        folder.mkdir(parents=True, exist_ok=True)
-        write_scene(scene, first, path)
-        if k < MOST_SHRUNK and seconds > 0.0:
-            shrink(scene, first, path, cell_on, seconds, executor)
-        kept.append(KeptFinding(first, len(cells), path))
-        done(1)
-    return kept
+    number = finding.scene.rpartition("/")[2]
+    words = (number, finding.engine.strip("()").replace(" ", "-"), finding.fault)
+    path, scene = folder / f"{'-'.join(filter(None, words))}.toml", draw(int(number))
+    folder.mkdir(parents=True, exist_ok=True)
+    write_scene(scene, finding, path)
+    if seconds > 0.0:
+        shrink(scene, finding, path, seconds, executor)
+    return path
 
 
-def write_scene(scene: Scene, cell: CampaignCell, path: Path) -> None:
+def write_scene(scene: Scene, finding: RatedTrial, path: Path) -> None:
     """Write a scene with its finding as description."""
-    what = f"{cell.engine} with {cell.fault}" if cell.fault else cell.engine
-    said = f"{what}: {cell.kind}, {cell.outcome}. {cell.quantity} {cell.reason}".strip()
-    named = replace(scene, title=f"From {cell.scene}", description=said)
-    write_atomically(path, scene_toml(named))
+    what = f"{finding.engine} with {finding.fault}" if finding.fault else finding.engine
+    said = f"{what}: {finding.rating}, {finding.outcome}. {finding.quantity} {finding.reason}".strip()
+    write_atomically(path, scene_toml(replace(scene, title=f"From {finding.scene}", description=said)))
 
 
-def shrink(scene: Scene, cell: CampaignCell, path: Path, cell_on: CellOn, seconds: float, executor: Executor) -> None:
+def shrink(scene: Scene, finding: RatedTrial, path: Path, seconds: float, executor: Executor) -> None:
     """Write ever simpler scenes that show a finding."""
     with executor.session() as session:
 
         def shows(candidate: Scene) -> bool:
             runner = Runner(lambda: session)
-            runner.resume(Running(cell_on(candidate, cell, seconds), candidate.digest), None)
+            runner.resume(Running(again(candidate, finding, seconds), candidate.digest), None)
             ((_, found),) = runner.results()
-            return alike(found, cell)
+            return alike(found, finding)
 
-        simplest(scene, shows, seconds, lambda one: write_scene(one, cell, path))
+        simplest(scene, shows, seconds, lambda one: write_scene(one, finding, path))
 
 
-def alike(found: CampaignCell | None, cell: CampaignCell) -> bool:
-    """Whether a scene shows the same finding as another."""
-    if found is None or (found.engine, found.kind) != (cell.engine, cell.kind):
+def alike(found: RatedTrial | None, finding: RatedTrial) -> bool:
+    """Whether a trial on another scene is the same finding."""
+    if found is None or (found.engine, found.rating) != (finding.engine, finding.rating):
         return False
-    return bool(cell.fault) or found.outcome == cell.outcome
+    return bool(finding.fault) or found.outcome == finding.outcome
 
 
 def simplest(

@@ -9,19 +9,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.studies.selftest.scenes import draw
-from barchain.studies.selftest.shrinking import Form, alike, effects_of, kinds, simplest, simplified, whole
-from reports.results.faults.campaign import CellClass
+from barchain.judge.verdict import no_verdict
+from barchain.studies.selftest import trial
+from benchmarks.random_campaign.rating import RatedTrial, Rating
+from benchmarks.random_campaign.scenes import draw
+from benchmarks.random_campaign.shrinking import Form, alike, effects_of, kinds, simplest, simplified, whole, written
+from reports.results.outcome import Outcome
+from scenarios import load_scene
 from scenarios.toml.writing import scene_toml
-from tests.studies.campaign.drawn import EVENTS, cells
+from tests.support.here import HERE
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from scenarios import Scene
+
+BUSY = 2
+"""Scene with an impulse, a thrust and a slew"""
 
 
 def test_a_simpler_form_is_a_valid_scene_with_less_in_it() -> None:
-    busy = draw(EVENTS)
+    busy = draw(BUSY)
     effects = effects_of(busy)
     assert {name for name, _ in effects} == {"drag", "impulse", "thrust", "prescribed_rotation"}
     kept = tuple(name in ("impulse", "drag") for name, _ in effects)
@@ -39,7 +48,7 @@ def test_a_simpler_form_is_a_valid_scene_with_less_in_it() -> None:
 
 
 def test_the_whole_form_is_the_scene_itself_and_impossible_ones_are_none() -> None:
-    busy = draw(EVENTS)
+    busy = draw(BUSY)
     same = simplified(busy, whole(busy))
     assert same is not None
     assert same.digest == busy.digest
@@ -57,7 +66,7 @@ def test_any_form_of_any_scene_is_valid_or_none(seed: int) -> None:
 
 def test_shrinking_finds_what_matters() -> None:
     """An impulse on the third bar, seen at eleven samples."""
-    busy, told = draw(EVENTS), []
+    busy, told = draw(BUSY), []
 
     def shows(one: Scene) -> bool:
         return bool(one.effects.impulse) and one.bars >= 3 and one.run.samples >= 11
@@ -76,7 +85,7 @@ def test_shrinking_ends_in_its_time_with_what_it_has() -> None:
         time.sleep(0.05)
         return one.bars >= 2
 
-    busy, start = draw(EVENTS), time.monotonic()
+    busy, start = draw(BUSY), time.monotonic()
     found = simplest(busy, slowly, 0.2)
     assert time.monotonic() - start < 10.0
     assert simplest(busy, lambda _: False, 5.0) is busy
@@ -84,9 +93,29 @@ def test_shrinking_ends_in_its_time_with_what_it_has() -> None:
 
 
 def test_a_finding_is_alike_only_in_its_kind() -> None:
-    (alarm,) = cells(CellClass.FALSE_ALARM, 1, "", "inconsistent")
+    alarm = RatedTrial("random/1", "pymunk", "", "inconsistent", Rating.FALSE_ALARM)
+    missed = RatedTrial("random/1", "pymunk", "mu", "pass", Rating.MISSED)
     assert alike(dataclasses.replace(alarm, scene="random/9"), alarm)
     assert not alike(dataclasses.replace(alarm, outcome="failed"), alarm)
     assert not alike(dataclasses.replace(alarm, engine="exudyn"), alarm)
     assert not alike(None, alarm)
-    assert [len(group) for group in kinds([alarm, alarm, *cells(CellClass.MISSED, 1, "mu")])] == [1, 2]
+    assert kinds([alarm, alarm, missed]) == [[missed], [alarm, alarm]]
+
+
+def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a judge that sees nothing, two bars and three samples are enough to miss a sign."""
+
+    def blind(of, results, solution, main):  # type: ignore[no-untyped-def]
+        limit = {"quantity": "reaction", "metric": "detection_limit", "value": 1e-9, "limit_s": None}
+        verdict = no_verdict(of.scene.name, of.engine, of.setting, Outcome.PASS, "")
+        return dataclasses.replace(verdict, rows=[*verdict.rows, verdict.rows[0] | limit])
+
+    monkeypatch.setattr(trial, "verdict_of", blind)
+    finding = RatedTrial("random/8", "reference", "sign-reaction", "pass", Rating.MISSED, "reaction")
+    path = written(finding, tmp_path / "found", 0.0, HERE)
+    assert path == tmp_path / "found/8-reference-sign-reaction.toml"
+    assert load_scene(path).digest == draw(8).digest
+    assert written(finding, tmp_path / "found", 20.0, HERE) == path
+    found = load_scene(path)
+    assert (found.bars, found.run.samples) < (draw(8).bars, 3)
+    assert "sign-reaction" in found.description

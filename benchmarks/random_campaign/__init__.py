@@ -1,0 +1,1 @@
+"""Engines and planted faults on random scenes: drawn scenes, ratings of verdicts, simpler scenes of wrong ones."""

@@ -1,0 +1,1 @@
+"""Benchmarks of which a mistake would not be seen in their output."""
