@@ -7,9 +7,9 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from reports.page import paragraphs
-from reports.results.faults.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome
 from reports.results.outcome import Outcome
 from reports.results.rows import records, spread
+from reports.results.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome
 from reports.text.numerals import significant
 from reports.text.record import is_complete
 

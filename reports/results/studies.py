@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from reports.results import comparison, cost, effects, ensemble, roundoff, scaling, stability
-from reports.results.faults import selftest
+from reports.results import comparison, cost, effects, ensemble, roundoff, scaling, selftest, stability
 from reports.results.files import StudyFiles
 from reports.results.nights import releases
 from reports.results.rows import FOLDER

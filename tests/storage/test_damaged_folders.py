@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from barchain.cli.main import run
 from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
-from reports.results.faults.selftest import FILES
 from reports.results.reading import TABLES, digest
 from reports.results.schema import KEY
+from reports.results.selftest import FILES
 from tests.support.report_fixture import build
 from tests.support.results import change_record, change_rows, read_record, write_record
 from tests.support.slow import one_in

@@ -38,9 +38,9 @@ from reference_impl.model import relative
 from reports.chapters.selftest import CHECKS as SIGNS
 from reports.chapters.selftest import view_selftest
 from reports.render import render_study
-from reports.results.faults.selftest import CAUGHT, FILES, KILLED, TABLES, FaultOutcome
 from reports.results.outcome import Outcome
 from reports.results.rows import spread
+from reports.results.selftest import CAUGHT, FILES, KILLED, TABLES, FaultOutcome
 from scenarios import load_scene
 from tests.support.here import result_of
 from tests.support.page_policy import check_policy

@@ -13,8 +13,8 @@ from barchain.cli.common.exit_codes import MEANINGS
 from barchain.judge.diagnosis.mistake import addressed
 from barchain.judge.diagnosis.readings import READINGS, TIMINGS
 from barchain.judge.diagnosis.starts import STARTS
-from reports.results.faults.selftest import FaultOutcome
 from reports.results.outcome import SEVERITY
+from reports.results.selftest import FaultOutcome
 from reports.results.stability import Stability
 from reports.text.glossary import FIELD, TERMS
 from scenarios.channels import STORED

@@ -11,10 +11,10 @@ from barchain.nightly.figures.dependencies import Installation  # noqa: TC001  #
 from barchain.nightly.figures.results import night_here, read_figures_of
 from barchain.nightly.running.jobs import NightJob, beside
 from barchain.studies.selftest.faults.catalogue import CONTROLS
-from reports.results.faults.selftest import FILES, FaultOutcome
 from reports.results.nights.document import INTERRUPTED, AlarmTest, NightRun, PartResult, PartState
 from reports.results.reading import DamagedResultsError, form_of, formed
 from reports.results.schema import SchemaVersionError
+from reports.results.selftest import FILES, FaultOutcome
 from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:

@@ -29,8 +29,8 @@ from barchain.studies.selftest.scenes import STAGES, find_scene
 from barchain.studies.selftest.trial import SceneRuns, Trial, judged
 from reference_impl.model import relative
 from reference_impl.model.kinematics import consistent_state
-from reports.results.faults.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome
 from reports.results.outcome import Outcome
+from reports.results.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

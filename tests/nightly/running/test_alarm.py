@@ -14,8 +14,8 @@ from barchain.runs.processes import Finished
 from barchain.studies.selftest.faults.catalogue import CONTROLS
 from barchain.studies.selftest.matrix import selftest_study
 from barchain.studies.study import Reporter, run_study
-from reports.results.faults.selftest import FILES
 from reports.results.nights.document import AlarmTest, PartState
+from reports.results.selftest import FILES
 from tests.nightly.history.synthetic import night
 from tests.support.here import HERE
 from tests.support.results import write_results
