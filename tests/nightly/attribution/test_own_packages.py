@@ -15,7 +15,8 @@ from barchain.nightly.attribution import environments, releases
 from barchain.nightly.attribution.attribute import attribute, reasons_against, worth_attributing
 from barchain.nightly.attribution.bisection import bisect_nights
 from barchain.nightly.attribution.trials import own_scenes
-from barchain.nightly.figures.figure import Figure, NightPart, origins
+from barchain.nightly.figures import origins
+from barchain.nightly.figures.figure import Figure, NightPart
 from barchain.nightly.figures.origins import installed_state, requirement_of, state_words, states_between
 from barchain.nightly.figures.results import read_figures_of
 from barchain.nightly.history.judging import judge
