@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.figures.figure import STEPPED, Figure, FigureIdentity, FigureKind, content_digest
 from reports.results.comparison import COMPARISON
-from reports.results.studies import STUDIES
 from reports.results.outcome import SEVERITY, Outcome
 from reports.results.selftest import FaultOutcome
 from reports.results.stability import Stability
