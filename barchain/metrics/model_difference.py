@@ -301,7 +301,8 @@ def effect_acceleration(
         places, motions = relative_positions(model, angles), relative_velocities(model, angles, rates)
         state = State(z, velocity(times_s), angles, rates, places, motions)
         at = EffectRows(model, times_s, state, unit_along(angles))
-        return as_vectors(sum((effect.accelerations(at, None).difference @ model.weight for effect in acting), 0j))
+        parts = [effect.accelerations(at, None).difference @ model.weight for effect in acting]
+        return as_vectors(sum(parts, np.zeros(len(times_s), complex)))
 
     return mean_effect
 
