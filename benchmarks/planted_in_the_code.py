@@ -44,7 +44,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
         ("(w - 2.0 * kappa * v)", "(w + 2.0 * kappa * v)"),
     ],
     ("reference_impl/effects/solar_pressure.py", "effects"): [
-        ("(abs(seen.imag) if seen.real < 0.0", "(abs(seen.imag) if seen.real > 0.0"),
+        ("np.where(seen.real < 0.0", "np.where(seen.real > 0.0"),
     ],
     ("reference_impl/integrate/stepper.py", "reference effects"): [
         ("y = events.begin_segment", "events.begin_segment"),
@@ -67,7 +67,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
     ("scenarios/toml/checks.py", "scenarios"): [
         ("if p.bar > scene.chain.bars:", "if p.bar > scene.chain.bars + 1:"),
         ("MOST_SCALE_HEIGHTS = 30.0", "MOST_SCALE_HEIGHTS = 300.0"),
-        ("if size_m >= scene.orbit", "if size_m >= 10.0 * scene.orbit"),
+        ("size_m >= orbit.altitude_m", "size_m >= 10.0 * orbit.altitude_m"),
     ],
     ("scenarios/toml/resolve.py", "scenarios effects"): [
         ("(central.mu_m3_s2 + mu)", "(central.mu_m3_s2)"),
