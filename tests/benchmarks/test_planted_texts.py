@@ -18,4 +18,4 @@ def test_a_planted_text_occurs_once_in_its_file(file: str, old: str) -> None:
 
 def test_there_are_texts_of_both_kinds() -> None:
     assert len(IN_THE_CODE) > 30
-    assert len(CHANGES) > 10
+    assert len(CHANGES) >= 3
