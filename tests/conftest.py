@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import pyarrow
 import pytest
+from hypothesis import HealthCheck, settings
 
 from reference_impl.kernel.build import KernelMissingError
 from tests.support.kernel import skip_without_kernel
@@ -18,6 +19,10 @@ from tests.support.kernel import skip_without_kernel
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
     from types import ModuleType
+
+
+settings.register_profile("barchain", suppress_health_check=[HealthCheck.too_slow])  # a busy machine is no fault
+settings.load_profile("barchain")
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -63,7 +63,7 @@ def month_words(first: datetime.date, columns: int, year: int) -> list[str]:
     """Names of months above the week in which each begins; the first column has a name too."""
     found, before, free = [], 0, -1.0
     for column in range(columns):
-        day = first + datetime.timedelta(days=7 * column + 6)
+        day = first + datetime.timedelta(days=7 * column + (0 if column == 0 and first.year == year else 6))
         x = LEFT + CELL * column
         if day.month != before and day.year == year and x >= free:
             found.append(f'<text x="{x:g}" y="{TOP - 5:g}">{MONTHS[day.month - 1]}</text>')

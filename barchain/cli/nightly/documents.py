@@ -107,7 +107,9 @@ def show_night(facts: NightlyFile, page: Path) -> None:
             say(f"  {part.name}: {part.missing}")
     show_some([f"left out: {name}: {reason}" for name, reason in facts.left_out.items()], "nights left out")
     show_some([change.dated(facts.night.name) for change in facts.standing], "worse since earlier nights")
-    show_some([change.dated(facts.night.name) for change in facts.other_news], "changed tonight")
+    worse = sum(change.direction == "worse" for change in facts.other_news[MOST_SHOWN:])
+    what = f"changed tonight{f', {worse} of them for the worse' if worse else ''}"
+    show_some([change.dated(facts.night.name) for change in facts.other_news], what)
     show_some([rejected.words for rejected in facts.rejected], "verdicts that are no pass")
     if facts.so_far:
         say(f"  {facts.so_far}")

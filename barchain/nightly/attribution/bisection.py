@@ -198,15 +198,19 @@ def the_one(swaps: list[Swap], fixed: list[str], part: str | None) -> Swap:
     """Part whose states are walked."""
     names = {swap.name: swap for swap in swaps}
     if part is not None:
-        if part not in names:
-            differ = ", ".join(names) or "none"
-            raise HistoryError(
-                f"--part {part[:60]}: does not differ{nearest(part, names)}; those that differ: {differ}"
-            )
-        return names[part]
-    if len(swaps) != 1:
-        said = ", ".join(names) or "; ".join(fixed) or "none"
-        raise HistoryError(f"{len(swaps)} parts differ that can be exchanged ({said}); name one with --part")
+        if part in names:
+            return names[part]
+        why = next((words for words in fixed if words.startswith(part)), "")
+        if why:
+            raise HistoryError(f"--part {why}")
+        said = f"--part {part[:60]}: does not differ{nearest(part, names)}"
+        raise HistoryError(f"{said}; those that differ and can be exchanged: {', '.join(names) or 'none'}")
+    if not swaps:
+        raise HistoryError(f"no part that differs can be exchanged: {'; '.join(fixed) or 'none differs'}")
+    if len(swaps) > 1:
+        raise HistoryError(
+            f"{len(swaps)} parts differ that can be exchanged ({', '.join(names)}); name one with --part"
+        )
     return swaps[0]
 
 

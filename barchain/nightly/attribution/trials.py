@@ -274,7 +274,7 @@ def command_of(identity: FigureIdentity, scene: str = "") -> tuple[str, ...]:
     study, _, last = identity.quantity.rpartition(".")
     study = study.partition(".")[0] or last
     if last == FINER:
-        raise CellError(f"{identity.name}: belongs to a run at the finer setting, which no command makes by itself")
+        raise CellError(f"{identity.name}: it is of a run at the finer setting, which no command makes by itself")
     if not identity.scene or not identity.engine:
         raise CellError(f"{identity.name}: belongs to no scene and engine, so that it can't be measured by itself")
     scene = scene or identity.scene

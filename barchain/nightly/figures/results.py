@@ -322,9 +322,10 @@ def known_parts(
     digests = {f"scene:{name}": str(facts.get("digest") or "") for name, facts in entries_of(found, "scenes")}
     for name in {name for figure in figures for name in figure.depends} - {MACHINE} - set(parts):
         kind, _, rest = name.partition(":")
-        version = (
-            versions.get(rest, "") if kind in {"engine", "library"} else "" if kind in {"scene", VARIABLES} else own
-        )
+        if kind in {"engine", "library"}:
+            version = versions.get(rest, "")
+        else:  # a scene, a solution, variables and a program have no version of barchain
+            version = "" if kind in {"scene", "solution", "program", VARIABLES} else own
         parts[name] = NightPart(name, version, digests.get(name, ""))
     return tuple(parts.values())
 

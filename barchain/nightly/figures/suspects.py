@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from barchain.nightly.figures.figure import NightSummary
 
 SOLUTION = "solution:"
+ENGINES = ("engine:", "program:")
+"""Beginnings of the names of engines"""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,8 @@ class Suspect:
 def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -> tuple[Suspect, ...]:
     """Parts of some names that differ between two nights.
 
-    Requirements of an engine whose own distribution differs came with it, and are no suspect beside it.
+    Requirements of an engine whose own distribution differs came with it, and are no suspect beside it; nor is an
+    adapter that is not there because no engine of it is.
     """
     if last.part_named == since.part_named:
         return ()
@@ -57,7 +60,13 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
         elif before.differs(after):
             found.append(Suspect(name, before, after))
     engines = {rest(one.name) for one in found if one.name.startswith("engine:")}
-    return tuple(one for one in found if not (one.name.startswith(REQUIREMENTS) and rest(one.name) in engines))
+    absent = any(one.name.startswith(ENGINES) and None in (one.before, one.after) for one in found)
+
+    def came_along(one: Suspect) -> bool:
+        idle = absent and one.name.startswith("adapter:") and None in (one.before, one.after)
+        return idle or (one.name.startswith(REQUIREMENTS) and rest(one.name) in engines)
+
+    return tuple(one for one in found if not came_along(one))
 
 
 def suspects_of(change: Change, nights: Mapping[str, NightSummary]) -> tuple[Suspect, ...]:

@@ -93,6 +93,8 @@ class Tonight:
     def change(self, row: Level, was: Figure, now: Figure, judgement: Judgement, last: str = "") -> Change:
         """Change of a figure that this night tells."""
         identity = now.identity
+        if was.missing and row.steps:  # what brings it back differs from the night on which it was gone
+            last = last or row.steps[-1].night
         return Change(
             identity, was, now, last or row.last_night, self.night.name, judgement.direction, judgement.reason,
             judgement.factor, irreproducible=judgement.irreproducible,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.nightly.figures.changes import Change, Direction, compared, is_above
-from barchain.nightly.figures.figure import names_since
+from barchain.nightly.figures.figure import FigureKind, names_since
 from barchain.nightly.figures.steps import LEAST_EFFECT
 from barchain.nightly.history.acceptances import accepting, holding
 
@@ -70,29 +71,51 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     """State of a figure above its level; `known` are acceptances that have not ended.
 
     An acceptance of a step raises what the figure may be to the value of that step, if no earlier step is open; one
-    that reaches back to the open step accepts both. A figure that becomes better afterwards may be no worse again.
+    that reaches back to the open step accepts both. One of a step beside an open one raises it by that step alone. A
+    figure that becomes better afterwards may be no worse again.
     """
-    allowed, result = row.level, row.level  # what the figure may be; the last of these that is no missing result
-    opened: int | None = None
+    allowed, before, result = row.level, row.level, row.level  # what it may be, what it was; the last that is there
+    opened: list[Step] = []  # steps for the worse that nobody accepted
     covering = None
-    for k, step in enumerate(row.steps):
+    for step in row.steps:
         if allowed.missing and not step.now.missing:
             allowed = result
-        since = step.night if opened is None else row.steps[opened].night
         names = [i.name for i in names_since(step.night, row.told.identity, row.earlier)]
-        reaching = [one for one in known if one.reaches(step.night, since, names)]
-        if reaching:
-            allowed, opened, covering = step.now, None, max(reaching, key=lambda one: one.date)
-        elif is_above(allowed, step.now):
-            opened = k if opened is None else opened
-        else:
-            allowed, opened = (step.now if opened is None else allowed), None
-        result = result if allowed.missing else allowed
-    if opened is None and is_above(allowed, row.told):
-        opened = len(row.steps) - 1
-    if opened is not None or covering is None:
-        return Standing(change_since(row, allowed, row.steps[opened or 0 :]))
+        since = opened[0].night if opened else step.night
+        whole, alone = ([one for one in known if one.reaches(step.night, n, names)] for n in (since, step.night))
+        if whole:
+            allowed, opened, covering = step.now, [], latest_of(whole)
+        elif alone:
+            allowed, covering = raised(allowed, before, step.now), latest_of(alone)
+            opened = opened if is_above(allowed, step.now) else []
+        elif not is_above(allowed, step.now):
+            allowed, opened = (allowed if opened else step.now), []
+        elif not opened or is_above(before, step.now):
+            opened.append(step)
+        before, result = step.now, (result if allowed.missing else allowed)
+    if not opened and is_above(allowed, row.told):
+        opened = [row.steps[-1]]
+    if opened or covering is None:
+        return Standing(change_since(row, allowed, opened or row.steps))
     return Standing(change_since(row, row.level, row.steps), covering)
+
+
+def latest_of(known: Iterable[Acceptance]) -> Acceptance:
+    """Acceptance that was given last."""
+    return max(known, key=lambda one: one.date)
+
+
+def raised(allowed: Figure, was: Figure, now: Figure) -> Figure:
+    """What a figure may be with a step that is accepted while an earlier one is not.
+
+    Errors of two causes add at most: a step from e to e' adds at least e' - e by itself, |e + d| <= |e| + |d|, and
+    stays when the other cause is gone.
+    """
+    if FigureKind.ERROR is not allowed.identity.kind or allowed.missing or was.missing or now.missing:
+        return allowed
+    return dataclasses.replace(
+        allowed, value=(allowed.value or 0.0) + max((now.value or 0.0) - (was.value or 0.0), 0.0)
+    )
 
 
 def change_since(row: Level, was: Figure, steps: Sequence[Step]) -> Change:

@@ -270,7 +270,10 @@ def result_of(job: NightJob, taken: NightJob, time_s: float, ended: Finished, ou
     alarm = alarm_test(out) if job.study == ALARM and not fault else None
     if ended.interrupted:
         left = scenes_left(taken, out) if job.scenes else (job.part,)
-        state, reason = PartState.LEFT, f"interrupted at its limit of {time_s:.0f} s"
+        if left or not job.scenes:  # else it was measured to the end, and its report was cut
+            state, reason = PartState.LEFT, f"interrupted at its limit of {time_s:.0f} s"
+        else:
+            reason = ""
     elif ended.failed:
         state = PartState.FAILED
     elif fault:

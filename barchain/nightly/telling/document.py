@@ -62,7 +62,11 @@ def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: 
     new, earlier = change_entries(judged, accepted(store), confirmed)
     tonight, holding = tuple(events(list(standing_for(new)))), events(earlier)
     steps = {change.figure: change.factor for change in tonight if change.direction == "worse"}
-    holding = [entry.model_copy(update={"fresh": steps.get(entry.figure)}) for entry in holding]
+    seen = {row.told.identity.name: row.last_night for row in judged.above.values() if not row.told.missing}
+    holding = [
+        entry.model_copy(update={"fresh": steps.get(entry.figure), "measured": earlier_than(judged, seen, entry)})
+        for entry in holding
+    ]
     worse, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
     names = [night.name for night in judged.compared_with]
     rejected = tuple(
@@ -90,6 +94,12 @@ def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: 
         run=judged.night.run,
     )  # fmt: skip
     return found.model_copy(update={"sentence": opening(judged, found)})
+
+
+def earlier_than(judged: JudgedNight, seen: Mapping[str, str], entry: ChangeEntry) -> str:
+    """Latest night with a result of a figure; empty if it is this one, or the figure is missing."""
+    night = seen.get(entry.figure, "")
+    return "" if night == judged.night.name else night
 
 
 def without_verdict(figures: Sequence[Figure], verdicts: Sequence[Figure]) -> list[Figure]:
@@ -136,14 +146,19 @@ def standing_for(changes: Iterable[ChangeEntry]) -> Iterator[ChangeEntry]:
 
 
 def events(changes: Sequence[ChangeEntry]) -> list[ChangeEntry]:
-    """Changes; figures that are missing since one run are one of them: the run's verdict, or the first figure."""
+    """Changes; figures that one run lacks since then, or has again, are one: the run's verdict, or the first figure."""
 
     def run(change: ChangeEntry) -> tuple[str, ...]:
-        return change.scene, change.engine, change.since, str(change.accepted)
+        state = MISSING if change.became == MISSING else f"back, {change.direction}"
+        return change.scene, change.engine, change.since, str(change.accepted), state
 
-    worse = [c for c in changes if c.quantity == VERDICT and c.direction == "worse" and c.became != MISSING]
-    heads = {run(c): c.id for c in (*reversed([c for c in changes if c.became == MISSING]), *worse)}
-    folded = [c for c in changes if c.became == MISSING and heads[run(c)] != c.id]
+    moved = [change for change in changes if MISSING in (change.was, change.became)]
+    heads = {run(c): c.id for c in (*reversed(moved), *[c for c in moved if c.quantity == VERDICT])}
+    for c in changes:  # a verdict that became another word may be that of a run without figures
+        key = (*run(c)[:-1], MISSING)
+        if c.quantity == VERDICT and c.direction == "worse" and MISSING not in (c.was, c.became) and key in heads:
+            heads[key] = c.id
+    folded = [c for c in moved if heads[run(c)] != c.id]
     also, dropped = Counter(heads[run(c)] for c in folded), {c.id for c in folded}
     kept = [change for change in changes if change.id not in dropped]
     return [c.model_copy(update={"also": also[c.id]}) if c.id in also else c for c in kept]

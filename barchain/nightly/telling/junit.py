@@ -139,8 +139,13 @@ def failure(changes: Sequence[ChangeEntry]) -> Failure:
 def failure_words(change: ChangeEntry) -> str:
     """Change in one line."""
     factor = f" (×{change.factor:.4g}{change.steps_words})" if change.factor else ""
-    suspects = ", ".join(f"{s.name} {s.before} → {s.after}" for s in change.suspects) or "none known"
-    return f"{change.figure}: was {change.was}, is {change.became}{factor} since {change.since}; suspects: {suspects}"
+    suspects = ", ".join(f"{s.name} {s.before or '(none)'} → {s.after or '(none)'}" for s in change.suspects)
+    unmeasured = f", not measured since {change.measured}" if change.measured else ""
+    more = f", and {change.also} more of this run" if change.also else ""
+    return (
+        f"{change.figure}: was {change.was}, is {change.became}{factor} since {change.since}{unmeasured}{more}; "
+        f"suspects: {suspects or 'none known'}"
+    )
 
 
 def plain_text(text: str) -> str:

@@ -54,7 +54,10 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
         changes_words([change for change in told if not change.irreproducible], since, judged.judged),
         accepted_words(figures(changes) - figures(told), since, judged.judged, alone=not told),
     )
-    quiet = "Nothing is new tonight." if facts.standing else f"Nothing changed{since} among {judged.judged} figures."
+    unseen = figures([change for change in facts.standing if change.measured])
+    quiet = f"Nothing changed{since} among {judged.judged} figures."
+    if facts.standing:
+        quiet = "Nothing is new tonight." if not unseen else f"Nothing is new among {judged.judged} measured figures."
     if not judged.judged:
         quiet = NOT_JUDGED
     broken = "" if news or facts.standing else no_pass(facts.rejected)
@@ -77,16 +80,19 @@ def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) 
         return ""
     groups: Counter[tuple[str, str]] = Counter()
     for change in standing:
-        names = ", ".join(suspect.short for suspect in change.suspects[:MOST_SUSPECTS])
-        groups[change.since[:10], names] += 1 + change.also
+        names = [f"{one.short} {one.after}".strip() for one in change.suspects[:MOST_SUSPECTS]]
+        groups[change.since[:10], ", ".join(names)] += 1 + change.also
     count = figures(standing)
+    unseen = figures([change for change in standing if change.measured])
+    which = "not" if count == unseen == 1 else "none of them" if count == unseen else f"{amount(unseen)} of them not"
+    later = f"; {which} measured tonight" if unseen else ""
     what = f"{are(count, 'figure')} worse than accepted{by_words(standing)}"
     if len(groups) == 1:
-        return f"{what} {group_words(*next(iter(groups)), tonight)}."
+        return f"{what} {group_words(*next(iter(groups)), tonight)}{later}."
     shown = groups.most_common(MOST_CAUSES)
     words = [f"{amount(number)} {group_words(*group, tonight)}" for group, number in shown]
     more = count - sum(number for _, number in shown)
-    return f"{what}: {listed([*words, f'{amount(more)} since other nights'] if more else words)}."
+    return f"{what}: {listed([*words, f'{amount(more)} since other nights'] if more else words)}{later}."
 
 
 def by_words(worse: Sequence[ChangeEntry]) -> str:
@@ -96,7 +102,7 @@ def by_words(worse: Sequence[ChangeEntry]) -> str:
 
 
 def group_words(day: str, names: str, tonight: datetime.datetime) -> str:
-    """``since 3 November (program:mine)``."""
+    """``since 3 November (program:mine mine 1.1)``."""
     date = datetime.date.fromisoformat(day)
     year = f" {date.year}" if date.year != tonight.year else ""
     return f"since {date.day} {date:%B}{year}{f' ({names})' if names else ''}"

@@ -106,13 +106,15 @@ class ChangeEntry(Entry):
     steps: int = Field(1, description="number of steps that lead from the old value to the new one")
     also: int = Field(0, description="further figures of the same run that are missing since then: one event")
     fresh: float | None = Field(None, description="factor of tonight's step, of what is worse since an earlier night")
+    measured: str = Field("", description="latest night with a result, of what is worse and was not measured tonight")
 
     @property
     def words(self) -> str:
         """Change in one line, without its direction."""
         factor = f" ({ratio_words(self.factor)}{self.steps_words})" if self.factor else ""
         more = f", and {self.also} more of this run" if self.also else ""
-        return f"{self.figure}: {' → '.join(self.results)}{factor}{more}"
+        unmeasured = f", not measured since {self.measured[:10]}" if self.measured else ""
+        return f"{self.figure}: {' → '.join(self.results)}{factor}{more}{unmeasured}"
 
     def dated(self, night: str) -> str:
         """Change in one line that says since when it holds, on the page of a night."""
@@ -372,7 +374,9 @@ class NightlyFile(Entry):
             return "void"
         if self.worse:
             return "worse"
-        return "incomplete" if self.night.state == "incomplete" else "changed" if self.differs else "quiet"
+        if self.night.state == "incomplete":
+            return "incomplete"
+        return "changed" if self.differs else "not passed" if self.rejected else "quiet"
 
     @property
     def plan_name(self) -> str:

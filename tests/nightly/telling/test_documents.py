@@ -486,6 +486,43 @@ def test_the_solution_of_a_renamed_scene_is_no_suspect(history: str, tmp_path: P
     assert [suspect.name for suspect in found.suspects] == ["engine:mujoco"]
 
 
+def test_what_is_worse_and_was_not_measured_tonight_says_so(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(number=1), usual(5.0, number=2, parts=NEWER))
+    report(history, tmp_path / "before")
+    add(history, night(count(), number=3, complete=False))
+    _, facts = report(history, tmp_path / "out")
+    assert "not measured tonight" in facts.sentence
+    assert "Nothing is new among" in facts.sentence
+    assert facts.standing
+    assert all(change.measured.startswith("2026-01-03") for change in facts.standing)
+    assert "not measured since" in (tmp_path / "out" / "junit.xml").read_text("utf-8")
+
+
+def test_a_program_that_is_gone_is_the_one_suspect_of_its_loss_and_of_its_return(history: str, tmp_path: Path) -> None:
+    program = NightPart("program:mine", "mine 1.7", "aa")
+    adapter, others = NightPart("adapter:command", "0.7.0", "bb"), PARTS
+    depends = (program.name, adapter.name, *(part.name for part in PARTS))
+    here = [replace(f, depends=depends) for f in (error(), verdict(), count())]
+    gone = [replace(f, value=None, word="", reason="engine is not there", depends=depends[2:]) for f in here]
+    whole = (program, adapter, *others)
+    nights = [night(*here, number=k, parts=whole) for k in range(2)]
+    add(history, *nights, night(*gone, number=2, parts=others))
+    _, lost = report(history, tmp_path / "lost")
+    add(history, night(*here, number=3, parts=whole))
+    _, back = report(history, tmp_path / "back")
+    for facts in (lost, back):
+        (change,) = [one for one in facts.changes if one.kind != "count"]
+        assert [one.name for one in change.suspects] == ["program:mine"]
+        assert change.also >= 1
+
+
+def test_a_night_whose_verdict_is_no_pass_is_not_called_quiet(history: str, tmp_path: Path) -> None:
+    failed = [error(), verdict("failed", reason="ended with code 139")]
+    add(history, *(night(*failed, number=k) for k in range(3)))
+    code, facts = report(history, tmp_path / "out")
+    assert (code, facts.state) == (0, "not passed")
+
+
 def test_a_night_is_told_in_a_few_lines_for_a_chat(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1), usual(2.0, number=2, parts=NEWER))
     words = ["history", "tell", "--link", "https://example.org/nightly.html", "--history", history]
@@ -495,7 +532,7 @@ def test_a_night_is_told_in_a_few_lines_for_a_chat(history: str, tmp_path: Path)
         "worse tonight: paper/fig05:mujoco:steps_per_orbit=1000:attitude.max: 1e-05 rad → 2e-05 rad (×2)"
     )
     assert lines[2].startswith("changed tonight: ")
-    assert lines[2].endswith("(engine:mujoco)")
+    assert lines[2].endswith("(engine:mujoco)")  # the sentence before has its version
     assert lines[3:] == ["https://example.org/nightly.html"]
 
 
@@ -507,7 +544,9 @@ def test_no_line_for_a_chat_is_longer_than_a_chat_shows(history: str) -> None:
         add(history, night(*worse, verdict("failed", reason="why " * 100), number=number, parts=NEWER))
     lines = CliRunner().invoke(cli, ["history", "tell", "--history", history]).output.splitlines()
     assert max(map(len, lines)) <= 200
-    assert lines[0].startswith("Eight figures are worse than accepted by up to ×6 since 2 January (engine:mujoco).")
+    assert lines[0].startswith(
+        "Eight figures are worse than accepted by up to ×6 since 2 January (engine:mujoco 4.0.0)."
+    )
 
 
 def test_a_fortnight_in_red_is_red_in_the_calendar_until_it_is_accepted(history: str, tmp_path: Path) -> None:

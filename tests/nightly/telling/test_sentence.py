@@ -121,15 +121,16 @@ def test_the_first_night_has_nothing_to_be_compared_with() -> None:
 
 def test_what_is_worse_than_accepted_comes_first_with_its_size_its_night_and_its_cause() -> None:
     assert said(standing=since("2026-11-03", 12, 6.0)) == (
-        "Twelve figures are worse than accepted by up to ×6 since 3 November (engine:mujoco). Nothing is new tonight."
+        "Twelve figures are worse than accepted by up to ×6 since 3 November (engine:mujoco 4.0.0). "
+        "Nothing is new tonight."
     )
     assert said(standing=since("2025-11-03")).startswith(
-        "One figure is worse than accepted by ×5 since 3 November 2025 (engine:mujoco)."
+        "One figure is worse than accepted by ×5 since 3 November 2025 (engine:mujoco 4.0.0)."
     )
     both = [*since("2026-11-03", 2), *since("2026-11-09", suspect=NUMPY)]
     assert said(change(), standing=both) == (
-        "Three figures are worse than accepted by up to ×5: two since 3 November (engine:mujoco) and one since "
-        "9 November (library:numpy). One figure of 900 changed tonight, for the worse; since engine:mujoco 4.0.0."
+        "Three figures are worse than accepted by up to ×5: two since 3 November (engine:mujoco 4.0.0) and one since "
+        "9 November (library:numpy 2.4.6). One figure of 900 changed tonight, for the worse; since engine:mujoco 4.0.0."
     )
 
 
