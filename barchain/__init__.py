@@ -23,11 +23,13 @@ if TYPE_CHECKING:
     from barchain.arguments import ArgumentError as ArgumentError
     from barchain.measuring import cost as cost
     from barchain.measuring import effects as effects
+    from barchain.measuring import sweep as sweep
     from barchain.studies.comparison.run import ComparisonResult as ComparisonResult
     from barchain.studies.ensemble.study import EnsembleResult as EnsembleResult
     from barchain.studies.ensemble.study import ensemble as ensemble
     from barchain.studies.own import asked_run as asked_run
     from barchain.studies.own import measure as measure
+    from barchain.studies.sweep.study import SweepResult as SweepResult
     from reports.results.files import StudyTables as StudyTables
     from reports.results.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
@@ -55,6 +57,8 @@ MODULES = {
     "simulate": "barchain.api",
     "cost": "barchain.measuring",
     "effects": "barchain.measuring",
+    "sweep": "barchain.measuring",
+    "SweepResult": "barchain.studies.sweep.study",
     "ensemble": "barchain.studies.ensemble.study",
     "EnsembleResult": "barchain.studies.ensemble.study",
     "StudyTables": "reports.results.files",

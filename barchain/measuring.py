@@ -1,4 +1,4 @@
-"""Functions for notebooks and scripts that measure: errors against run times, and relevance of effects.
+"""Functions for notebooks and scripts that measure: errors against run times, relevance of effects, sweeps of numbers.
 
 :func:`barchain.ensemble` and :func:`barchain.measure` stand beside their studies.
 """
@@ -19,17 +19,24 @@ from barchain.arguments import (
     SWITCH,
     WORKERS,
     check,
+    check_settings,
     engine_list,
+    items,
     scene_list,
 )
+from barchain.runs.choices import chosen_engines
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.job import TIME_LIMIT_S
 from barchain.studies.defaults import COST, EFFECTS, MATTERS, RTOL
 from barchain.studies.study import Reporter, ignore, run_study
 from reports.results.cost import read_cost
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
+    from barchain.runs.executors import Executor
+    from barchain.studies.sweep.study import SweepResult
     from reports.results.files import StudyTables
 
 
@@ -173,6 +180,89 @@ def effects(
     with kept_in(out, resume=resume, overwrite=overwrite, progress=progress) as folder:
         run_study(study, folder, resume=resume, overwrite=overwrite, reporter=Reporter(progress or ignore))
         return study.files.contents(folder)
+
+
+def sweep(
+    scene: Scene | str | Path,
+    vary: Iterable[str],
+    measures: Iterable[str] = (),
+    out: Path | str | None = None,
+    *,
+    engines: Iterable[str] | None = None,
+    settings: Mapping[str, Mapping[str, float]] | None = None,
+    runs: int | None = None,
+    seed: int = 1,
+    time_limit_s: float = TIME_LIMIT_S,
+    executor: Executor = ALL_CORES,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Callable[[int], None] | None = None,
+) -> SweepResult:
+    """Vary numbers of a scene, run each in some engines, and measure every run.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        A scene, its name, or the path of its file.
+    vary : iterable of str
+        Numbers of the scene's file, e.g. ``["orbit.speed_factor=1:1.3:7", "chain.bars=2,4,8",
+        "chain.angle_deg[2]=normal(80, 1)"]``: a grid ``low:high:count``, a list, or one of the distributions of
+        :func:`barchain.ensemble`. Lists count from 1, and ``[*]`` draws each value of a list by itself. Grids and lists
+        make all combinations; numbers that are drawn are drawn together, the same at each combination.
+    measures : iterable of str
+        E.g. ``["largest(tension)", "final(attitude[2])", "p95(altitude)"]``: ``largest``, ``least``, ``final``, ``rms``
+        or a percentile over the samples of a stored or derived channel, of one bar or joint or the worst of all, or of
+        one column. By default the largest reaction and both ends of the altitude.
+    out : Path or str, optional
+        Result folder; nothing is kept by default.
+    engines : iterable of str, optional
+        Registered names; by default the reference, compiled where it is built and supports the scene.
+    settings : mapping, optional
+        Accuracy other than an engine's default, e.g. ``{"exudyn": {"steps_per_orbit": 2000}}``.
+    runs : int, optional
+        Number of draws; 1000 by default.
+    seed : int
+        Equal seeds draw equal numbers.
+    time_limit_s : float
+        Wall time after which one run is ended, s.
+    executor : Executor
+        Place of the runs; all cores of this machine by default.
+    resume : bool
+        Go on from results in `out`.
+    overwrite : bool
+        Delete earlier results of the study in `out` first.
+    progress : callable, optional
+        Called with the number of runs after each part.
+
+    Returns
+    -------
+    SweepResult
+        ``samples``, a table with a row for each run and engine, in the units of the names; ``failures`` in words.
+
+    Raises
+    ------
+    SceneError, UnknownEngineError, SettingError
+        If the scene, an engine or a setting does not exist.
+    ValueError
+        If a variation or a measure can't be read, or the scene refuses a value; nothing has been run.
+    EngineError
+        If an engine is not installed.
+    ResultsInPlaceError
+        If `out` holds results of the study, and neither `resume` nor `overwrite` is given.
+    """
+    from barchain.studies.sweep.study import sweep_study  # noqa: PLC0415
+
+    names = engine_list(engines)
+    check_settings(settings, chosen_engines(names))
+    check(SECONDS, time_limit_s=time_limit_s)
+    varying = items("vary", vary, 'a list of texts, e.g. ["orbit.speed_factor=1:1.3:7"]')
+    study = sweep_study(
+        checked(scene), varying, [*measures], engines=names, settings=settings, runs=runs, seed=seed,
+        time_limit_s=time_limit_s, executor=executor,
+    )  # fmt: skip
+    with kept_in(out, resume=resume, overwrite=overwrite, progress=progress) as folder:
+        reporter = Reporter(counted=lambda *_: contextlib.nullcontext(progress or ignore))
+        return run_study(study, folder, resume=resume, overwrite=overwrite, reporter=reporter)
 
 
 @contextlib.contextmanager

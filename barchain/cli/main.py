@@ -33,7 +33,7 @@ from barchain.cli.results import report, show
 from barchain.cli.scenes import scenes, schema, validate
 from barchain.cli.selftest import selftest
 from barchain.cli.simulate import simulate
-from barchain.cli.studies import cost, effects, ensemble, roundoff, scaling, stability
+from barchain.cli.studies import cost, effects, ensemble, roundoff, scaling, stability, sweep
 from barchain.runs.environment import fill_standard_streams
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ MOST_SHOWN = 60  # characters of an argument that is shown
 
 SECTIONS = {
     "Run and compare": (scenes, engines, simulate, plot, compare, crossval, judge, show, report, explain, doctor),
-    "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
+    "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble, sweep),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
     "Scenes and engines of your own": (validate, schema, export, certified_solutions, new_engine, conform),
 }

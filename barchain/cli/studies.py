@@ -1,4 +1,4 @@
-"""Commands of studies: `cost`, `scaling`, `roundoff`, `stability`, `effects` and `ensemble`.
+"""Commands of studies: `cost`, `scaling`, `roundoff`, `stability`, `effects`, `ensemble` and `sweep`.
 
 Each command gives its options to a study, which makes the runs, the tables and the page.
 """
@@ -24,10 +24,13 @@ from barchain.cli.common.options import (
     repeats_option,
     result_options,
     scene_argument,
+    set_option,
+    settings_by_engine,
     time_limit_option,
 )
 from barchain.cli.common.result_folder import end_study, need_writable, run_shown
 from barchain.cli.common.terminal import counts_of, literal, say, show, show_rows
+from barchain.runs.job import TIME_LIMIT_S
 from barchain.studies.defaults import (
     BARS,
     COST,
@@ -46,6 +49,7 @@ from barchain.studies.defaults import (
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from barchain.cli.common.options import GivenSetting
     from barchain.studies.stability.study import StabilityResult
     from barchain.studies.study import StudyEnd
     from reports.chapters.effects import BudgetTable
@@ -297,12 +301,60 @@ def ensemble(scene: str, vary: tuple[str, ...], runs: int, out: Path, kept: dict
     or if a Dask cluster fails while runs are on it; --resume goes on from the runs that were done.
     """
     need_loaded(ENSEMBLE_ENGINE)
+    from barchain.studies.distributions import VariationError
     from barchain.studies.ensemble.study import ensemble_study
-    from barchain.studies.ensemble.variation import VariationError
 
     try:
         result, rendered = run_shown(out, ensemble_study(scene, vary, runs, **options), kept)
     except VariationError as error:
         raise click.UsageError(str(error)) from error
     say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts_of(result.tally.outcomes.elements())}")
+    end_study(result, rendered.page)
+
+
+@click.command(short_help="Vary numbers of a scene, and measure each run.")
+@scene_argument
+@click.option("--vary", multiple=True, required=True, metavar="KEY=VALUES",
+              help="Vary a number of the scene's file: a grid, orbit.speed_factor=1:1.3:7 (low, high, count), a list, "
+                   "chain.bars=2,4,8, or a distribution, 'chain.angle_deg[2]=normal(80, 1)', of bar 2. "
+                   "May be repeated; grids and lists make all combinations, draws are made together.")  # fmt: skip
+@click.option("--measure", "measures", multiple=True, metavar="MEASURE",
+              help="Measure this of each run: largest, least, final, rms or p95 of a channel, e.g. 'largest(tension)', "
+                   "'final(attitude[2])' (of bar 2); `barchain explain channels` lists them. May be repeated; default: "
+                   "largest reaction, both ends of the altitude.")  # fmt: skip
+@click.option("--runs", metavar="N", type=click.IntRange(1, MOST_RUNS),
+              help="Draw N times from the distributions; default: 1000.")  # fmt: skip
+@click.option("--seed", metavar="N", type=SEED, default=1, show_default=True,
+              help="Draw with this seed; equal seeds draw equal numbers.")  # fmt: skip
+@engine_option("reference-fast where it is built and supports the scene, else reference")
+@set_option
+@out_option(help_text=OWN_PAGE)
+@time_limit_option(TIME_LIMIT_S)
+@executor_options
+@result_options
+def sweep(
+    scene: str, vary: tuple[str, ...], names: tuple[str, ...], settings: tuple[GivenSetting, ...], out: Path,
+    kept: dict[str, bool], **options: Any,
+) -> None:  # fmt: skip
+    """Run SCENE with other numbers, in some engines, and measure each run: charts, maps or histograms.
+
+    SCENE is a name or a file. Every value is checked before the first run. Exits with 1 if a run fails, or if a
+    measure has no value in any run.
+    """
+    from barchain.runs.advice import default_engine
+    from barchain.runs.choices import chosen_engines
+    from barchain.studies.distributions import VariationError
+    from barchain.studies.sweep.measure import MeasureError
+    from barchain.studies.sweep.study import sweep_study
+    from scenarios import load_scene
+
+    loaded = load_scene(scene)
+    engines = names or (default_engine(loaded),)
+    try:
+        by_engine = settings_by_engine(settings, chosen_engines(engines))
+        study = sweep_study(loaded, vary, engines=engines, settings=by_engine, **options)
+    except (VariationError, MeasureError) as error:
+        raise click.UsageError(str(error)) from error
+    result, rendered = run_shown(out, study, kept)
+    say(f"{len(result.samples)} runs: {counts_of(result.samples['outcome'])}")
     end_study(result, rendered.page)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from reports.results import comparison, cost, effects, ensemble, roundoff, scaling, selftest, stability
+from reports.results import comparison, cost, effects, ensemble, roundoff, scaling, selftest, stability, sweep
 from reports.results.files import StudyFiles
 from reports.results.nights import releases
 from reports.results.rows import FOLDER
@@ -24,6 +24,7 @@ STUDIES = (
     stability.FILES,
     selftest.FILES,
     ensemble.FILES,
+    sweep.FILES,
     releases.FILES,
 )
 """All studies but those of one's own, in the order in which pages and rows show them"""

@@ -13,8 +13,8 @@ from adapters.common.initial_state import chain_model
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
 from barchain.runs.executors import LocalProcesses
+from barchain.studies.distributions import VariationError
 from barchain.studies.ensemble.study import ensemble
-from barchain.studies.ensemble.variation import VariationError
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
 from reference_impl.effects.joint_torque import JointTorqueEffect
@@ -26,7 +26,7 @@ from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.model import relative
 from reference_impl.model.kinematics import consistent_state
-from scenarios import load_scene, scene_names
+from scenarios import change_scene, load_scene, scene_names
 from tests.effects.effect_sizes import sizes
 from tests.reference.laws import LAWS
 from tests.support.compiled_evaluation import compiled_accelerations
@@ -244,8 +244,32 @@ def test_ensembles_carry_what_is_smooth_and_refuse_the_rest() -> None:
     assert (found.runs.outcome == "finished").all()
     assert np.abs(found.angle_rad - alone.angle_rad).max() <= worst
     assert np.abs(ReferenceFast().run(without).angle_rad - alone.angle_rad).max() > 1e3 * worst  # it acts
-    with pytest.raises(VariationError, match="ensembles do not support drag"):
+    with pytest.raises(VariationError, match=r"ensembles do not support drag .*`barchain sweep`"):
         ensemble("effects/drag", ["angle_deg=normal(0, 1)"], runs=2)
+
+
+@pytest.mark.parametrize("name", ["thrust", "joint_torque"])
+def test_ensembles_carry_tables_in_time_whose_instants_are_outside_the_run(name: str) -> None:
+    """A copy that varies by nothing is the scene's own run: a force that never jumps acts from start to end."""
+    thrust = load_scene("effects/thrust")
+    motor = {"joint": 1, "times_s": [0.0, 9000.0], "torque_N_m": [0.01, 0.02]}
+    changes = {"joint_torque": [motor], "thrust": []} if name == "joint_torque" else {}
+    scene = change_scene(thrust, {"effects": changes, "run": {"orbits": 0.1, "samples": 5}})
+    same = f"altitude_m=normal({scene.orbit.altitude_m!r}, 0)"
+    found = ensemble(scene, [same], runs=2, samples=5, rtol=1e-9, executor=LocalProcesses(1))
+    alone, without = (
+        ReferenceFast().run(one, ReferenceFast.sweep.setting(1e-9))
+        for one in (found.scene, replace(found.scene, effects=replace(scene.effects, thrust=(), joint_torque=())))
+    )
+    acts = np.abs(alone.angle_rad - without.angle_rad).max()
+    assert np.abs(found.angle_rad - alone.angle_rad).max() <= 1e-6 * acts  # both runs make the same steps
+
+
+def test_ensembles_refuse_tables_in_time_that_jump_inside_the_run() -> None:
+    motor = {"joint": 1, "times_s": [100.0, 200.0], "torque_N_m": [0.01, 0.02]}
+    scene = change_scene(load_scene("effects/thrust"), {"effects": {"joint_torque": [motor]}})
+    with pytest.raises(VariationError, match="ensembles do not support joint_torque "):
+        ensemble(scene, ["angle_deg=normal(0, 1)"], runs=2)
 
 
 def test_pieces_of_a_thrust_meet_where_the_table_says() -> None:

@@ -14,7 +14,7 @@ import barchain
 from pictures.paths import DOCS
 from tests.support.report_fixture import build
 
-STUDIES = ("ensemble", "cost", "effects", "measure", "asked_run")
+STUDIES = ("ensemble", "cost", "effects", "sweep", "measure", "asked_run")
 HEAVY = ("numpy", "pandas", "scipy", "matplotlib", "pydantic", "exudyn")
 
 

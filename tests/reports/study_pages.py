@@ -81,6 +81,10 @@ PAGES: dict[str, Callable[[Path], Path]] = {
         "ensemble", "ensemble", "paper/fig05", "--vary", "angle_deg=normal(0, 1)", "--runs", "20", "--orbits", "0.1",
         "--samples", "3",
     ),
+    "sweep": studied(
+        "sweep", "sweep", "basics/two_bars_free", "--vary", "chain.rate_factor[1]=1:5:5", "--vary",
+        "chain.rate_factor[2]=1:5:5", "--vary", "run.samples=5",
+    ),
     "stability": studied("stability", "stability", "hard/vertical_fall", "--engine", "reference"),
     "selftest": studied(
         "selftest", "selftest", "basics/libration", "--fault", "nan-com", "--fault", "scale-rate", "--smallest"

@@ -43,5 +43,7 @@ PLANS = (
     SmallPlan("selftest", "fates", "selftest basics/kepler_circular --fault scale-rate --workers 1"),
     SmallPlan("ensemble", "quantiles",
               "ensemble basics/two_bars_free --vary angle_deg=normal(0,1) --runs 3 --samples 3 --orbits 0.1"),
+    SmallPlan("sweep", "measures",
+              "sweep basics/two_bars_free --engine reference --vary chain.rate_factor[1]=4,5,6 --vary run.samples=5"),
 )  # fmt: skip
 SMALL = {plan.study: plan for plan in PLANS}

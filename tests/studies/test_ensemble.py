@@ -13,10 +13,11 @@ from barchain.cli.main import run as barchain
 from barchain.runs.call import CallFailedError
 from barchain.runs.cluster.connection import ClusterError
 from barchain.runs.executors import DaskCluster, LocalProcesses
+from barchain.studies.distributions import VariationError
 from barchain.studies.ensemble.chunks import Chunk, chunk_bytes, need_sound, run_chunk
 from barchain.studies.ensemble.population import populate
 from barchain.studies.ensemble.study import ensemble
-from barchain.studies.ensemble.variation import VariationError, parse
+from barchain.studies.ensemble.variation import parse
 from scenarios import load_scene
 from tests.support.kernel import needs_kernel
 from tests.support.page_policy import check_policy

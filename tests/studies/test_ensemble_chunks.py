@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 from barchain.runs.executors import LocalProcesses
+from barchain.studies.distributions import VariationError
 from barchain.studies.ensemble import chunks as chunks_module
 from barchain.studies.ensemble import study
 from barchain.studies.ensemble.chunks import LEAST_RUNS, MOST_CHUNKS, chunks, run_chunk
 from barchain.studies.ensemble.population import populations
 from barchain.studies.ensemble.study import EnsembleStudy, ensemble, ensemble_study
-from barchain.studies.ensemble.variation import VariationError
 from barchain.studies.study import Reporter, run_study
 from reports.results.ensemble import FILES
 from tests.support.kernel import needs_kernel

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.initial_state import POINT_PART, chain_model, initial_state
-from barchain.studies.ensemble.variation import DrawStream, VariationError
+from barchain.studies.distributions import VariationError
+from barchain.studies.ensemble.variation import DrawStream
 from reference_impl.integrate.simulate import contact_free_perigee_m, contact_free_radius_m, largest_pull_m_s2
+from reference_impl.integrate.stepper import smooth_segments
 from reference_impl.kernel import layout
 from reference_impl.kernel.batch import Batch
 from scenarios import Gravity
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.runs.executors import Executor
     from barchain.studies.ensemble.variation import Variation
+    from reference_impl.kernel.effects import Effects
+    from reference_impl.model.chain import ChainModel
     from scenarios import Scene
 
 
@@ -128,22 +132,30 @@ def drawn(scene: Scene, streams: list[DrawStream], runs: int) -> Population:
     return Population(scene, **{name: d if hasattr(scene.chain, name) else d[:, 0] for name, d in copies.items()})
 
 
-HELD = ("drag", "solar_pressure", "thrust", "impulse")  # settled between compiled segments, run by run
+LOCATED = ("drag", "solar_pressure", "impulse")
+"""Effects whose events are settled between compiled segments, run by run"""
 
 
 def check_effects(scene: Scene, variations: tuple[Variation, ...]) -> None:
     """Reject effects that the compiled loop over many chains does not support, and bars with no room for an effect.
 
+    The loop sets the modes of effects once: a table in time passes where the run is inside one segment of it.
+
     Raises
     ------
     VariationError
-        If an effect has instants that must be found in each run, or an exact slender bar would be none.
+        If an effect has instants inside the run, or an exact slender bar would be none.
     """
-    held = [name for name in HELD if getattr(scene.effects, name)]
-    if held:
+    found = [name for name in LOCATED if getattr(scene.effects, name)]
+    knots = {
+        "thrust": [t for table in scene.effects.thrust for t in table.times_s],
+        "joint_torque": [t for table in scene.effects.joint_torque for t in table.times_s],
+    }
+    found += [name for name, times_s in knots.items() if len(smooth_segments(scene.times_s, tuple(times_s))) > 1]
+    if found:
         raise VariationError(
-            f"ensembles do not support {', '.join(held)}, whose events are located run by run; "
-            "allowed: effects that are smooth at all times"
+            f"ensembles do not support {', '.join(found)} with events inside the run, which are located run by run; "
+            "allowed: effects that are smooth at all times; `barchain sweep` draws and runs each copy by itself"
         )
     if scene.effects.gravity is Gravity.SLENDER and any(v.key == "inertia_kg_m2" for v in variations):
         raise VariationError(
@@ -184,13 +196,23 @@ def batch(population: Population, rtol: float) -> Batch:
         layout.GRAVITY_CODES[POINT_PART[scene.effects.gravity]],
         layout.bar_rows(population.mass_kg, population.length_m, population.inertia_kg_m2),
         laws(population),
-        layout.compiled_chain(model).effects,
+        effects_in_one_segment(scene, model),
         layout.pack(com, velocity, angle, rate),
         layout.padded([rtol * turn, rtol * place, rtol * turn * fastest, rtol * place * fastest], 1.0),
         floor,
         safe,
         np.array([largest_pull_m_s2(model, height) for height in floor]),
     )
+
+
+def effects_in_one_segment(scene: Scene, model: ChainModel) -> Effects:
+    """Effects in compiled code, those with tables in time in their segment of the run."""
+    compiled = layout.compiled_chain(model).effects
+    for effect, own in zip(model.effects, compiled, strict=True):
+        mode = effect.segment_mode(0.0, scene.run.duration_s)
+        if mode is not None:
+            own.mode[:] = mode
+    return compiled
 
 
 def laws(population: Population) -> Array:

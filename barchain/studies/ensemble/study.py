@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 from barchain.record.scene_description import scene_facts
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES, DaskCluster, KeptAnswers
+from barchain.studies.distributions import VariationError
 from barchain.studies.ensemble.chunks import (
     LEAST_RUNS,
     SAMPLES,
@@ -28,7 +29,7 @@ from barchain.studies.ensemble.chunks import (
     run_table,
 )
 from barchain.studies.ensemble.population import Ensemble, check_effects, populations
-from barchain.studies.ensemble.variation import VariationError, parse
+from barchain.studies.ensemble.variation import parse
 from reports.results.ensemble import FILES, add_rows
 from scenarios import Scene, load_scene
 

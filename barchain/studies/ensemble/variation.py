@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import re
-import zlib
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
 
+from barchain.studies.distributions import FAMILIES, VariationError, parameters, stream
 from scenarios import nearest
 from scenarios.limits import LEAST_MAGNITUDE, MOST_MAGNITUDE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from adapters.trajectory import Array
@@ -55,43 +52,6 @@ PATTERN = re.compile(r"\s*(?:chain\.|orbit\.)?(\w+)\s*(?:\[\s*(\d+|\*)\s*\])?\s*
 FORM = "KEY=DISTRIBUTION(NUMBERS), KEY[BAR]=... or KEY[*]=..., e.g. angle_deg=normal(80, 1)"
 
 
-class VariationError(ValueError):
-    """Invalid text of a variation, or a draw outside the range of a quantity."""
-
-
-@dataclass(frozen=True)
-class DistributionFamily:
-    """A family of distributions, with the names of its parameters."""
-
-    parameters: tuple[str, ...]
-    make: Callable[..., Any]
-    valid: Callable[..., bool]
-    rule: str
-    """Allowed parameters in words"""
-
-
-FAMILIES = {
-    "normal": DistributionFamily(
-        ("mean", "deviation"), stats.norm, lambda _, s: s >= 0.0, "with a deviation of 0 or more"
-    ),
-    "uniform": DistributionFamily(
-        ("low", "high"), lambda a, b: stats.uniform(a, b - a), lambda a, b: b >= a, "with low at most high"
-    ),
-    "lognormal": DistributionFamily(
-        ("median", "sigma"),
-        lambda m, s: stats.lognorm(s, scale=m),
-        lambda m, s: m > 0.0 and s > 0.0,
-        "both above 0",
-    ),
-    "triangular": DistributionFamily(
-        ("low", "mode", "high"),
-        lambda a, m, b: stats.triang((m - a) / (b - a), a, b - a),
-        lambda a, m, b: a <= m <= b and b > a,
-        "with low <= mode <= high, and low below high",
-    ),
-}
-
-
 @dataclass(frozen=True)
 class Variation:
     """One quantity that varies."""
@@ -119,7 +79,7 @@ class DrawStream:
         self.variation, self.drawn = variation, 0
         self.columns = bars if variation.bar == 0 else 1
         self.made = FAMILIES[variation.family].make(*variation.numbers)
-        self.rng = np.random.default_rng([seed, zlib.crc32(f"{variation.key}[{variation.bar}]".encode())])
+        self.rng = stream(seed, f"{variation.key}[{variation.bar}]")
 
     def take(self, runs: int) -> Array:
         """Values of the next copies, shape (runs, k): k = N with a draw for each bar, else 1.
@@ -158,8 +118,6 @@ def parse(text: str, bars: int) -> Variation:
     key, index, name, inside = found.groups()
     if key not in RANGES:
         raise VariationError(f"--vary: {key} can't vary{nearest(key, RANGES)}; allowed: {', '.join(RANGES)}")
-    if name not in FAMILIES:
-        raise VariationError(f"--vary: no distribution {name}{nearest(name, FAMILIES)}; allowed: {', '.join(FAMILIES)}")
     return Variation(text.strip(), key, which_bar(key, index, bars), name, parameters(text, name, inside))
 
 
@@ -174,25 +132,3 @@ def which_bar(key: str, index: str | None, bars: int) -> int | None:
     if not 1 <= int(index) <= bars:
         raise VariationError(f"--vary: bar {index} given, allowed: 1 to {bars}, or * for each by itself")
     return int(index)
-
-
-def parameters(text: str, name: str, inside: str) -> tuple[float, ...]:
-    """Parameters of a distribution from the text between the brackets; their number and values are checked."""
-    family = FAMILIES[name]
-    form = f"{name}({', '.join(family.parameters)})"
-    try:
-        numbers = tuple(float(part) for part in inside.split(","))
-    except ValueError:
-        raise VariationError(f"--vary: {text!r} given, allowed: numbers in {form}") from None
-    if not all(map(is_bounded, numbers)):
-        raise VariationError(
-            f"--vary: {text!r} given, allowed: {form} of 0 or magnitudes from {LEAST_MAGNITUDE:g} to {MOST_MAGNITUDE:g}"
-        )
-    if len(numbers) != len(family.parameters) or not family.valid(*numbers):
-        raise VariationError(f"--vary: {text!r} given, allowed: {form} {family.rule}")
-    return numbers
-
-
-def is_bounded(number: float) -> bool:
-    """Whether a scene file may hold a number; NaN and infinity are none."""
-    return number == 0.0 or LEAST_MAGNITUDE <= abs(number) <= MOST_MAGNITUDE

@@ -34,6 +34,7 @@ KINDS = {
     "effects": {FigureKind.RATIO, FigureKind.VALUE, FigureKind.VERDICT},
     "selftest": {FigureKind.VERDICT},
     "ensemble": {FigureKind.COUNT, FigureKind.VALUE},
+    "sweep": set(),
 }
 
 
