@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -20,7 +20,7 @@ from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_al
 from reference_impl.model.effect import EffectState
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
 from reference_impl.model.kinematics import consistent_state, cross, directions, relative_positions
-from scenarios.channels import CHANNELS, TIME, Of, numbered_part
+from scenarios.channels import CHANNELS, TIME, Of
 from scenarios.derived_channels import DERIVED_CHANNELS
 from scenarios.effect_types import Gravity
 from scenarios.nearest import nearest
@@ -368,6 +368,33 @@ def with_derived(trajectory: Trajectory, names: Sequence[str], frame: pd.DataFra
     return pd.concat([frame, pd.DataFrame(added, index=frame.index)], axis=1)
 
 
+def stored_columns(motion: Motion, name: str) -> dict[str, Array]:
+    """Columns of a stored channel, each (n,).
+
+    Raises
+    ------
+    DerivedError
+        If the trajectory lacks it.
+    """
+    channel, trajectory = CHANNELS[name], motion.trajectory
+    values = getattr(trajectory, channel.array)
+    numbers = trajectory.torque_bars if channel.of is Of.LAWS else ()
+    if values is None or not values.size or (channel.of is Of.LAWS and len(numbers) != values.shape[1]):
+        raise DerivedError(f"{name}: {trajectory.engine or 'this trajectory'} gives none in this scene")
+    return channel.split(values, numbers)
+
+
+def channel_columns(motion: Motion, name: str) -> dict[str, Array]:
+    """Columns of a channel, stored or derived, each (n,).
+
+    Raises
+    ------
+    DerivedError
+        If the trajectory lacks it, or what it is computed of.
+    """
+    return columns_of(motion, name) if name in DERIVED_CHANNELS else stored_columns(motion, name)
+
+
 def chosen_columns(trajectory: Trajectory, names: Iterable[str]) -> pd.DataFrame:
     """Table of the instants and of some channels, stored or derived, in the order of their names.
 
@@ -376,15 +403,8 @@ def chosen_columns(trajectory: Trajectory, names: Iterable[str]) -> pd.DataFrame
     DerivedError
         If the trajectory lacks one, or what it is computed of.
     """
-    frame, motion = trajectory.to_frame(), Motion(trajectory)
-    found: dict[str, Any] = {TIME: frame[TIME]}
+    motion = Motion(trajectory)
+    found = {TIME: trajectory.t_s}
     for name in names:
-        if name in DERIVED_CHANNELS:
-            found |= columns_of(motion, name)
-            continue
-        patterns = CHANNELS[name].columns
-        own = [c for c in frame.columns if c in patterns or ((part := numbered_part(c)) and part[0] in patterns)]
-        if not own:
-            raise DerivedError(f"{name}: {trajectory.engine or 'this trajectory'} gives none in this scene")
-        found |= {column: frame[column] for column in own}
+        found |= channel_columns(motion, name)
     return pd.DataFrame(found)

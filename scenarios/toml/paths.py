@@ -8,11 +8,11 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from scenarios.toml.changing import current_tables, merged
+from scenarios.toml.changing import merged
 from scenarios.toml.writing import scene_data
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from scenarios.scene import Scene
 
@@ -48,16 +48,25 @@ def each_path(scene: Scene, path: str) -> list[str]:
         return [path]
     found: Any = scene_data(scene)
     for step in steps_of(before):
-        found = found.get(step) if isinstance(found, dict) else None
+        found = value_in(found, str(step))
     if not isinstance(found, list):
         raise PathError(f"{before}: {scene.name} has no list there, allowed: {before} without [*]")
     return [f"{before}[{k}]{after}" for k in range(1, len(found) + 1)]
 
 
-def changes_at(scene: Scene, values: Mapping[str, float]) -> Data:
-    """Changes, as :func:`scenarios.load.change_scene` takes them, that give a scene numbers at some paths.
+def changes_at(tables: Data, values: Mapping[str, float], whole: Callable[[], Data]) -> Data:
+    """Changes that :func:`scenarios.toml.changing.merged` gives the tables of a file other numbers at some paths with.
 
     A number that stands for all bars becomes a list where one of them is changed.
+
+    Parameters
+    ----------
+    tables : dict
+        Tables of the file.
+    values : mapping
+        Numbers by their paths.
+    whole : callable
+        The same tables with all lists given; called where the file leaves one out.
 
     Raises
     ------
@@ -65,31 +74,39 @@ def changes_at(scene: Scene, values: Mapping[str, float]) -> Data:
         If a list has no such value.
     """
     found: Data = {}
-    tables, whole = current_tables(scene), scene_data(scene)
     for path, value in values.items():
-        put(found, tables, whole, steps_of(path), value, path)
+        try:
+            put(found, tables, whole, steps_of(path), value)
+        except PathError as error:
+            raise PathError(f"{path}: {error}") from None
     return found
 
 
-def put(changes: Data, tables: Any, whole: Any, steps: list[Step], value: float, path: str) -> None:
-    """Add one number to `changes` of some tables; `whole` has the same tables with all values given."""
+def put(changes: Data, tables: Any, whole: Callable[[], Any], steps: list[Step], value: float) -> None:
+    """Add one number to `changes` of some tables."""
     key, at, below = str(steps[0]), steps[1] if len(steps) > 1 else None, steps[2:]
     if at is None:
         changes[key] = value
         return
-    given, full = (found.get(key) if isinstance(found, dict) else None for found in (tables, whole))
+    given = value_in(tables, key)
     if isinstance(at, str):
-        put(changes.setdefault(key, {}), given, full, steps[1:], value, path)
+        put(changes.setdefault(key, {}), given, lambda: value_in(whole(), key), steps[1:], value)
         return
     known = changes.get(key, given)
-    items = list(known if isinstance(known, list) else full if isinstance(full, list) else ())
+    known = known if isinstance(known, list) else value_in(whole(), key)
+    items = list(known) if isinstance(known, list) else []
     if not 0 <= at < len(items):
-        allowed = f"[1] to [{len(items)}]" if items else "keys of the scene's file"
-        raise PathError(f"{path}: no such value in this scene, allowed: {allowed}")
+        allowed = f"[1] to [{len(items)}]" if items else "a key of the file without [...]"
+        raise PathError(f"no such value in this scene, allowed: {allowed}")
     if below and isinstance(items[at], dict):
         inner: Data = {}
-        put(inner, items[at], full[at] if isinstance(full, list) else None, below, value, path)
+        put(inner, items[at], lambda: value_in(whole(), key)[at], below, value)
         items[at] = merged(items[at], inner)
     else:
         items[at] = value
     changes[key] = items
+
+
+def value_in(tables: Any, key: str) -> Any:
+    """Value of a key; None without one."""
+    return tables.get(key) if isinstance(tables, dict) else None

@@ -7,20 +7,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.metrics.derived import DerivedError
+from adapters.registry import ENGINES
+from barchain.metrics.derived import DerivedError, Motion, channel_columns
 from barchain.runs.call import Call, CallEnd
 from barchain.runs.cases import Task
 from barchain.runs.job import COMPILE_S, Job, Role, failure
 from barchain.runs.left_out import cannot
 from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
 from barchain.runs.run import failed_run, ran, run_job
-from barchain.runs.tasks import PoolGroup, limit_of, pool_group, run_task
+from barchain.runs.tasks import limit_of, run_task
 from barchain.runs.versions import need_same_version, version_of
-from barchain.studies.sweep.variation import varied
+from barchain.studies.sweep.variation import VariedScene
 from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -65,10 +67,11 @@ class Batch:
     points: tuple[tuple[float, ...], ...]
     """Their values in each run"""
 
-    def job(self, point: tuple[float, ...]) -> Job:
-        """Run with some values."""
-        scene = varied(self.scene, dict(zip(self.paths, point, strict=True)))
-        return Job(scene, self.engine, self.registration, self.setting, Role.MAIN)
+    def jobs(self) -> list[Job]:
+        """Its runs."""
+        varied = VariedScene(self.scene)
+        scenes = [varied.at(dict(zip(self.paths, point, strict=True))) for point in self.points]
+        return [Job(scene, self.engine, self.registration, self.setting, Role.MAIN) for scene in scenes]
 
     def call(self, limit_s: float) -> Call:
         """Call that makes all runs; `limit_s` is the wall time of each."""
@@ -85,7 +88,7 @@ def runs_of(batch: Batch, limit_s: float) -> Case[list[MeasuredRun]]:
 
     A run that ends its process, or is ended at its limit, costs its batch: every run of it is then made by itself.
     """
-    if pool_group(batch.job(batch.points[0])) is PoolGroup.THIRD_PARTY:
+    if batch.registration not in ENGINES.values():
         return (yield from single_runs(batch, limit_s))
     (answer,) = yield [Task(batch.call(limit_s), lambda answer: answer)]
     found = runs_in(batch, answer)
@@ -98,7 +101,7 @@ def runs_of(batch: Batch, limit_s: float) -> Case[list[MeasuredRun]]:
 
 def single_runs(batch: Batch, limit_s: float) -> Case[list[MeasuredRun]]:
     """Runs of an engine of another package, measured here."""
-    jobs = [batch.job(point) for point in batch.points]
+    jobs = batch.jobs()
     out = [cannot(job.scene, job.engine, job.registration) for job in jobs]
     able = [job for job, reason in zip(jobs, out, strict=True) if reason is None]
     results = iter((yield [run_task(job, limit_of(job, limit_s)) for job in able]))
@@ -118,7 +121,7 @@ def batch_bytes(batch: Batch, version: str, limit_s: float) -> bytes:
     """
     need_same_version(version_of(batch.registration), version)
     runs = []
-    for job in map(batch.job, batch.points):
+    for job in batch.jobs():
         reason = batch.registration.declarations().unsupported(job.scene)
         result = failure(Outcome.UNSUPPORTED, reason) if reason else run_job(job, limit_s)
         runs.append(measured(batch.measures, job, result))
@@ -133,11 +136,11 @@ def measured(measures: tuple[Measure, ...], job: Job, result: RunResult) -> Meas
     seen = result.trajectory if result.outcome is Outcome.PASS else None
     if seen is None:
         return MeasuredRun(str(result.outcome), result.reason, math.nan, (math.nan,) * len(measures))
-    trajectory = seen.of_run(job.scene, job.engine, str(job.setting))
+    columns_of = cache(partial(channel_columns, Motion(seen.of_run(job.scene, job.engine, str(job.setting)))))
     values, reasons = [], [result.reason] if result.reason else []
     for measure in measures:
         try:
-            values.append(measure.of(trajectory))
+            values.append(measure.of(columns_of(measure.channel.name)))
         except DerivedError as error:
             values.append(math.nan)
             reasons.append(str(error))

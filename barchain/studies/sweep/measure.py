@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.metrics.derived import DerivedError, chosen_columns
+from barchain.metrics.derived import DerivedError
 from scenarios import nearest
-from scenarios.channels import STORED, TIME, numbered_part
+from scenarios.channels import STORED, numbered_part
 from scenarios.derived_channels import DERIVED
 from scenarios.text import shorten
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
-    from adapters.trajectory import Array, Trajectory
+    from adapters.trajectory import Array
     from scenarios import Scene
     from scenarios.channels import Channel
 
@@ -60,8 +60,8 @@ class Measure:
         of = self.column or f"{self.channel.column_of()}{f'[{self.number}]' if self.number else ''}"
         return f"{self.over}({of})"
 
-    def of(self, trajectory: Trajectory) -> float:
-        """Value in the channel's unit.
+    def of(self, columns: Mapping[str, Array]) -> float:
+        """Value of the columns of its channel, each (n,), in the channel's unit.
 
         Of all bars or joints the largest value counts for ``largest``, the least for ``least``, else the one of largest
         size. Of a vector the magnitude counts, unless a column names a component.
@@ -69,17 +69,16 @@ class Measure:
         Raises
         ------
         DerivedError
-            If the run does not give it.
+            If the column, bar or joint is not among them.
         """
-        frame = chosen_columns(trajectory, [self.channel.name]).drop(columns=TIME)
         wanted = [
-            column
-            for column in map(str, frame.columns)
+            values
+            for column, values in columns.items()
             if column == (self.column or column) and self.number in (0, (numbered_part(column) or ("", 0))[1])
         ]
         if not wanted:
-            raise DerivedError(f"{self}: {trajectory.engine} gives none in this scene")
-        values = frame[wanted].to_numpy(float)
+            raise DerivedError(f"{self}: the run gives none in this scene")
+        values = np.stack(wanted, axis=1)
         if not self.column and self.channel.stems[0].endswith(VECTOR):
             values = np.hypot(values[:, ::2], values[:, 1::2])
         each = self.over_time(values)

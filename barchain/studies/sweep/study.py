@@ -17,7 +17,7 @@ from barchain.runs.job import TIME_LIMIT_S
 from barchain.studies.distributions import VariationError
 from barchain.studies.sweep.batch import Batch, runs_of
 from barchain.studies.sweep.measure import measures_of
-from barchain.studies.sweep.variation import points_of, variations_of, varied
+from barchain.studies.sweep.variation import VariedScene, points_of, variations_of
 from reports.results.outcome import Outcome
 from reports.results.sweep import FILES, samples_of
 from scenarios import Scene, load_scene
@@ -190,9 +190,9 @@ def sweep_study(
     if runs is not None and not any(each.family for each in variations):
         raise VariationError(f"--runs {runs}: no number is drawn, allowed: beside --vary KEY=DISTRIBUTION(...)")
     points = points_of(variations, runs or RUNS, seed)
-    most_bars = base
+    most_bars, varied, paths = base, VariedScene(base), [each.path for each in variations]
     for point in points:
-        one = varied(base, {each.path: value for each, value in zip(variations, point, strict=True)})
+        one = varied.at(dict(zip(paths, point, strict=True)))
         need_runnable([one], time_limit_s)
         most_bars = max(most_bars, one, key=lambda scene: scene.bars)
     chosen = chosen_engines([default_engine(base)] if engines is None else engines)

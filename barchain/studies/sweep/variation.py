@@ -6,13 +6,17 @@ import itertools
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from barchain.studies.distributions import FAMILIES, VariationError, is_bounded, parameters, stream
-from scenarios import SceneError, change_scene
+from scenarios import SceneError
+from scenarios.load import scene_of
+from scenarios.toml.changing import current_tables, merged
 from scenarios.toml.paths import EVERY, PATH, PathError, changes_at, each_path
+from scenarios.toml.writing import scene_data
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -134,21 +138,34 @@ def points_of(variations: Sequence[Variation], runs: int, seed: int) -> list[tup
     return [(*point, *draw) for point in itertools.product(*grids) for draw in draws]
 
 
-def varied(scene: Scene, values: Mapping[str, float]) -> Scene:
-    """Scene with other numbers at some paths.
+class VariedScene:
+    """A scene that is made again and again, with other numbers."""
 
-    What follows from a whole key, as the inertia of slender bars from their masses, is there before a list is changed.
+    def __init__(self, scene: Scene) -> None:
+        """Take the tables of its file."""
+        self.name, self.tables = scene.name, current_tables(scene)
 
-    Raises
-    ------
-    VariationError
-        If the scene refuses one of them; one line.
-    """
-    single = {path: value for path, value in values.items() if "[" in path}
-    for part in ({path: value for path, value in values.items() if path not in single}, single):
+    def at(self, values: Mapping[str, float]) -> Scene:
+        """Scene with numbers at some paths.
+
+        What follows from a whole key, as the inertia of slender bars from their masses, is there before a list is
+        changed.
+
+        Raises
+        ------
+        VariationError
+            If the scene refuses one of them; one line.
+        """
+        single = {path: value for path, value in values.items() if "[" in path}
+        tables = self.tables
         try:
-            scene = change_scene(scene, changes_at(scene, part)) if part else scene
+            for part in ({path: value for path, value in values.items() if path not in single}, single):
+                tables = merged(tables, changes_at(tables, part, partial(self.whole, tables)))
+            return scene_of(tables, self.name, self.name)
         except (SceneError, PathError) as error:
             said = ", ".join(f"{path}={value:.6g}" for path, value in values.items())
             raise VariationError(f"--vary {said}: {str(error).splitlines()[0]}") from None
-    return scene
+
+    def whole(self, tables: dict[str, Any]) -> dict[str, Any]:
+        """Tables with all values given."""
+        return scene_data(scene_of(tables, self.name, self.name))
