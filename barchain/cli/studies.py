@@ -341,8 +341,8 @@ def sweep(
     SCENE is a name or a file. Every value is checked before the first run. Exits with 1 if a run fails, or if a
     measure has no value in any run.
     """
-    from barchain.runs.advice import default_engine
     from barchain.runs.choices import chosen_engines
+    from barchain.runs.other_settings import default_engine
     from barchain.studies.distributions import VariationError
     from barchain.studies.sweep.measure import MeasureError
     from barchain.studies.sweep.study import sweep_study

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from adapters.engine import EngineError
 from barchain.record.environment import external_versions
 from barchain.record.scene_description import scene_facts
-from barchain.runs.advice import default_engine
 from barchain.runs.cases import run_cases
 from barchain.runs.choices import choose_setting, chosen_engines, engine_facts
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import TIME_LIMIT_S
+from barchain.runs.other_settings import default_engine
 from barchain.studies.distributions import VariationError
 from barchain.studies.sweep.batch import Batch, runs_of
 from barchain.studies.sweep.measure import measures_of
