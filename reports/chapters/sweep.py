@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports.plotting.palette import COLOURS, DIGITS, Colour, engine_pen
+from reports.plotting.palette import COLOURS, DASHES, DIGITS, Colour, engine_pen
 from reports.plotting.panels import Legend, Panel, linear_span
 from reports.plotting.svg import HEIGHT, RIGHT, WIDTH, Chart, Scale, across, upwards
 from reports.results.outcome import Outcome
@@ -34,12 +34,11 @@ MOST_PANELS = 24
 MOST_ROWS = 200
 """Of the table of values; `barchain show --csv` has all"""
 MOST_BINS, FEWEST_BINS = 40, 5
-WRITTEN_PX = 40.0
-"""Width of a map's cell from which its value is written in it"""
 OPACITY = 0.2
 SHADES = tuple(Colour(f"d{k}", light, dark) for k, (light, dark) in enumerate(DIGITS))
 """Colours of a map, of one hue: lightness alone tells them apart"""
-BAR_PX, BAR_ROOM_PX = 12.0, 74.0
+BAR_PX, BAR_ROOM_PX = 12.0, 88.0
+"""Width of a map's bar of colours, and of all that lies to the right of the map"""
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ def view_sweep(folder: Path) -> SimpleNamespace:
         left_out=len(panels) - MOST_PANELS,
         quantiles=quantile_rows(shown) if drawn else [],
         shares=[f"#{100.0 * share:g} %" for share in QUANTILES],
-        headings=["Engine"] * (len(shown.engines) > 1) + [f"#{shown.labelled(name)}" for name in numbers(shown)],
+        headings=["Engine"] * (len(shown.engines) > 1) + [f"#{name}" for name in numbers(shown)],
         rows=value_rows(shown),
         more=len(samples) - MOST_ROWS,
         remarks=[row for row in plain(samples) if row["reason"]][:MOST_ROWS],
@@ -139,10 +138,10 @@ def curves(sweep: Sweep, measure: str, axis: str, further: list[str]) -> Panel |
     chart.axes(sweep.labelled(axis), sweep.unit(measure))
     legend = []
     for k, (words, part) in enumerate(parts):
-        pen, at = engine_pen(k + 2), part.index.to_numpy(float)
+        pen, at = replace(engine_pen(k + 2), dash=DASHES[k % len(DASHES)]), part.index.to_numpy(float)
         if sweep.drawn:
             chart.band(at, part[LOW].to_numpy(float), part[HIGH].to_numpy(float), pen.colour, OPACITY)
-        chart.line(at, part[MIDDLE].to_numpy(float), pen.colour)
+        chart.line(at, part[MIDDLE].to_numpy(float), pen.colour, 1.4, pen.dash)
         chart.marks(at, part[MIDDLE].to_numpy(float), pen.marker, pen.colour)
         legend += [Legend(words, pen)] if words else []
     note = f"Line: median; shaded: {100 * LOW:g} to {100 * HIGH:g} % of the draws." if sweep.drawn else ""
@@ -166,14 +165,12 @@ def value_map(sweep: Sweep, measure: str, axes: tuple[str, str], words: str, own
     x = Scale(columns[0], columns[-1], across(0.0, 1.0).start, WIDTH - BAR_ROOM_PX)
     chart = Chart(x, upwards(rows[0], rows[-1]))
     chart.axes(sweep.labelled(axes[0]), sweep.labelled(axes[1]))
-    wide = float(np.diff(x(columns)).min()) >= WRITTEN_PX
     for (i, left, right), (j, below, above) in itertools.product(cells(x(columns)), cells(chart.y(rows))):
         value = values[i, j]
         if np.isfinite(value):
             chart.area((left, right), (below, above), SHADES[shade(value, low, high)])
-        if wide or not np.isfinite(value):
-            written = typeset(float(value)) if np.isfinite(value) else "×"
-            chart.text((0.5 * (left + right), 0.5 * (below + above) + 4.0), written, "middle", "ink")
+        else:
+            chart.text((0.5 * (left + right), 0.5 * (below + above) + 4.0), "×", "middle")
     colour_bar(chart, low, high, sweep.unit(measure))
     lost = "×: no value. " if not np.isfinite(values).all() else ""
     note = f"{lost}{'Medians of the draws.' if sweep.drawn else ''}".strip()
@@ -207,7 +204,7 @@ def colour_bar(chart: Chart, low: float, high: float, unit: str) -> None:
     for k, below, above in cells(scale(ends)):
         chart.area((left, left + BAR_PX), (below, above), SHADES[k])
     for value in ends:
-        chart.text((left + BAR_PX + 4.0, float(scale(value)) + 4.0), typeset(float(value)))
+        chart.text((left + BAR_PX + 4.0, float(scale(value)) + 4.0), exact(float(value), 5))
     chart.text((left, HEIGHT - 6.0), unit)
 
 
@@ -253,6 +250,6 @@ def value_rows(sweep: Sweep) -> list[dict[str, Any]]:
     ]
 
 
-def exact(value: float | None) -> str:
-    """Number to six digits, without zeros at its end; empty for None."""
-    return "" if value is None else powers(unpadded(f"{value:.6g}"))
+def exact(value: float | None, digits: int = 6) -> str:
+    """Number to some digits, without zeros at its end; empty for None."""
+    return "" if value is None else powers(unpadded(f"{value:.{digits}g}"))

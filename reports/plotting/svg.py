@@ -257,7 +257,8 @@ def even_ticks(low: float, high: float, most: int = MOST_TICKS) -> list[tuple[fl
     values = [k * step for k in count]
     largest = max((abs(v) for v in values), default=0.0)
     if largest and not 1e-4 <= largest < 1e5:
-        return [(v, significant(v).replace("-", "−") if v else "0") for v in values]
+        told_apart = 3 if largest < 100.0 * step else 3 + math.floor(math.log10(largest / step))
+        return [(v, significant(v, told_apart).replace("-", "−") if v else "0") for v in values]
     digits = next((d for d in range(9) if abs(round(step, d) - step) < 1e-6 * step), 9)
     return [(v, f"{v:.{digits}f}".replace("-", "−")) for v in values]
 
