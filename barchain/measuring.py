@@ -27,6 +27,7 @@ from barchain.arguments import (
 from barchain.runs.choices import chosen_engines
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import TIME_LIMIT_S
+from barchain.runs.other_settings import default_engine
 from barchain.studies.defaults import COST, EFFECTS, MATTERS, RTOL
 from barchain.studies.study import Reporter, ignore, run_study
 from reports.results.cost import read_cost
@@ -252,12 +253,16 @@ def sweep(
     """
     from barchain.studies.sweep.study import sweep_study  # noqa: PLC0415
 
-    names = engine_list(engines)
+    loaded = checked(scene)
+    loaded = loaded if isinstance(loaded, Scene) else load_scene(loaded)
+    names = engine_list(engines) or [default_engine(loaded)]
     check_settings(settings, chosen_engines(names))
     check(SECONDS, time_limit_s=time_limit_s)
+    check(AMOUNT, runs=1 if runs is None else runs)
     varying = items("vary", vary, 'a list of texts, e.g. ["orbit.speed_factor=1:1.3:7"]')
+    measured = items("measures", measures, 'a list of texts, e.g. ["largest(tension)"]') if measures else ()
     study = sweep_study(
-        checked(scene), varying, [*measures], engines=names, settings=settings, runs=runs, seed=seed,
+        loaded, varying, measured, engines=names, settings=settings, runs=runs, seed=seed,
         time_limit_s=time_limit_s, executor=executor,
     )  # fmt: skip
     with kept_in(out, resume=resume, overwrite=overwrite, progress=progress) as folder:

@@ -163,7 +163,7 @@ def run_and_render(
         finally:
             store.end(time.perf_counter() - start, complete=complete)
         if resume and placed is not study:
-            told.note(f"kept {placed.executor.tally[KEPT]} of {placed.executor.tally[ASKED]} runs")
+            told.note(f"kept {placed.executor.tally[KEPT]} of {placed.executor.tally[ASKED]} answers")
         rendered = render(out)
         store.finish()
     return result, rendered

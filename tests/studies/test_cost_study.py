@@ -232,7 +232,7 @@ def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engine
     first = [str(call.given[0].setting) for call in made if not call.repetition]
     assert first == ["rtol=1e-08"]
     assert len(made) == 1 + 3 * study.repeats
-    assert noted == [f"kept 2 of {2 + len(made)} runs"]
+    assert noted == [f"kept 2 of {2 + len(made)} answers"]
     assert set(read_cost(tmp_path).orders.outcome) == {""}
     points = read_cost(tmp_path).points.set_index("setting")
     assert (points.outcome == "pass").all()

@@ -92,7 +92,7 @@ def test_an_interrupted_study_leaves_its_rows_and_goes_on_from_them(tmp_path: Pa
     noted: list[str] = []
     run_study(SquaresStudy((1, 2, 3)), tmp_path, resume=True, reporter=Reporter(note=noted.append))
     assert SQUARED == [3]
-    assert noted == ["kept 2 of 3 runs"]
+    assert noted == ["kept 2 of 3 answers"]
     assert FILES.contents(tmp_path).squares.square.tolist() == [1, 4, 9]
     assert read_record(tmp_path, "squares")["finished"]
 

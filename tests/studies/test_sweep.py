@@ -12,6 +12,7 @@ import barchain
 from adapters.registry import ENGINES, Registration
 from barchain.cli.main import run as command
 from barchain.runs.executors import LocalProcesses
+from barchain.runs.other_settings import default_engine
 from barchain.studies.study import Reporter, run_study
 from barchain.studies.sweep.measure import measures_of
 from barchain.studies.sweep.study import sweep_study
@@ -185,6 +186,22 @@ def test_a_wrong_measure_or_option_ends_in_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_setting_is_that_of_the_engine_that_runs_by_default() -> None:
+    engine = default_engine(load_scene(KEPLER))
+    found = barchain.sweep(KEPLER, [SHORT], settings={engine: {"rtol": 1e-7}}, executor=ONE)
+    assert found.samples["setting"].tolist() == ["rtol=1e-07"]
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    ({"vary": "run.samples=3"}, "vary: 'run.samples=3' given, allowed: a list of texts"),
+    ({"vary": ["run.samples=3"], "measures": "rms(rate)"}, "measures: 'rms(rate)' given, allowed: a list of texts"),
+    ({"vary": ["run.samples=3"], "runs": 0}, "runs: 0 given, allowed: a number above 0"),
+])  # fmt: skip
+def test_an_argument_of_another_kind_is_said_in_one_line(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(barchain.ArgumentError, match=f"^{re.escape(words)}"):
+        barchain.sweep(KEPLER, **arguments)
+
+
 def test_the_usual_measures_are_those_that_the_scene_has() -> None:
     usual = [str(measure) for measure in measures_of([], load_scene(KEPLER))]
     assert usual == ["largest(altitude_m)", "least(altitude_m)"]
@@ -245,12 +262,12 @@ def test_a_sweep_goes_on_from_the_runs_that_are_there(tmp_path: Path) -> None:
     notes: list[str] = []
 
     def run(values: str, **how: Any) -> None:
-        study = sweep_study(KEPLER, [f"orbit.speed_factor={values}", SHORT], engines=[ENGINE], executor=ONE)
+        study = sweep_study(load_scene(KEPLER), [f"orbit.speed_factor={values}", SHORT], engines=[ENGINE], executor=ONE)
         run_study(study, tmp_path, reporter=Reporter(note=notes.append), **how)
 
     run("1,1.1")
     run("1,1.1,1.2", resume=True)
-    assert notes == ["kept 2 of 3 runs"]
+    assert notes == ["kept 2 of 3 answers"]
     assert read_table(tmp_path, "sweep", "runs")["outcome"].tolist() == ["pass"] * 3
     assert read_record(tmp_path, "sweep")["complete"]
 

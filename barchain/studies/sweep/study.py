@@ -13,19 +13,16 @@ from barchain.runs.choices import choose_setting, chosen_engines, engine_facts
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import TIME_LIMIT_S
-from barchain.runs.other_settings import default_engine
 from barchain.studies.distributions import VariationError
 from barchain.studies.sweep.batch import Batch, runs_of
 from barchain.studies.sweep.measure import measures_of
 from barchain.studies.sweep.variation import VariedScene, points_of, variations_of
 from reports.results.outcome import Outcome
 from reports.results.sweep import FILES, samples_of
-from scenarios import Scene, load_scene
 from scenarios.key_words import unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
-    from pathlib import Path
 
     import pandas as pd
 
@@ -39,6 +36,7 @@ if TYPE_CHECKING:
     from barchain.studies.sweep.variation import Variation
     from reports.results.files import StudyFiles
     from reports.results.rows import Row
+    from scenarios import Scene
 
 RUNS = 1000
 """Of each point of the grids, where numbers are drawn"""
@@ -159,11 +157,11 @@ def failures(samples: pd.DataFrame, measures: Iterable[Measure]) -> tuple[str, .
 
 
 def sweep_study(
-    scene: Scene | str | Path,
+    scene: Scene,
     vary: Iterable[str],
     measures: Iterable[str] = (),
     *,
-    engines: Iterable[str] | None = None,
+    engines: Iterable[str],
     settings: Mapping[str, Mapping[str, float]] | None = None,
     runs: int | None = None,
     seed: int = 1,
@@ -176,8 +174,8 @@ def sweep_study(
 
     Raises
     ------
-    SceneError, UnknownEngineError, SettingError
-        If the scene, an engine or a setting does not exist.
+    UnknownEngineError, SettingError
+        If an engine or a setting does not exist.
     VariationError, MeasureError
         If a variation or a measure can't be read, or the scene refuses a value.
     EngineError
@@ -185,17 +183,16 @@ def sweep_study(
     ClusterError
         If a Dask cluster can't be used.
     """
-    base = scene if isinstance(scene, Scene) else load_scene(scene)
-    variations = variations_of(base, vary)
+    variations = variations_of(scene, vary)
     if runs is not None and not any(each.family for each in variations):
         raise VariationError(f"--runs {runs}: no number is drawn, allowed: beside --vary KEY=DISTRIBUTION(...)")
     points = points_of(variations, runs or RUNS, seed)
-    most_bars, varied, paths = base, VariedScene(base), [each.path for each in variations]
+    most_bars, varied, paths = scene, VariedScene(scene), [each.path for each in variations]
     for point in points:
         one = varied.at(dict(zip(paths, point, strict=True)))
         need_runnable([one], time_limit_s)
-        most_bars = max(most_bars, one, key=lambda scene: scene.bars)
-    chosen = chosen_engines([default_engine(base)] if engines is None else engines)
+        most_bars = max(most_bars, one, key=lambda each: each.bars)
+    chosen = chosen_engines(engines)
     for name, registration in chosen.items():
         if registration.missing:
             raise EngineError(f"{name}: {registration.missing}")
@@ -205,4 +202,4 @@ def sweep_study(
     }
     executor.check()
     found = measures_of(measures, most_bars)
-    return SweepStudy(base, with_settings, variations, tuple(points), found, seed, time_limit_s, executor)
+    return SweepStudy(scene, with_settings, variations, tuple(points), found, seed, time_limit_s, executor)
