@@ -31,6 +31,7 @@ def nothing(monkeypatch):
     f"compare {QUICK} --engine reference --set nothing:rtol=1e-8 --out x",
     f"cost {QUICK} --engine nothing --out x",
     "scaling --bars 2 --engine nothing --out x",
+    f"sweep {QUICK} --vary run.samples=3 --engine nothing --out x",
     "stability hard/whip --engine nothing --out x",
     "selftest --engine nothing --out x",
 ])  # fmt: skip

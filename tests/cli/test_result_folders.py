@@ -23,6 +23,7 @@ HELD = {
     f"effects {QUICK} --engine reference --out OUT": "record/effects.json",
     f"selftest {QUICK} --fault scale-rate --out OUT": "answers/selftest/x",
     f"ensemble {QUICK} --vary angle_deg=normal(0,1) --runs 2 --out OUT": "series/ensemble/runs.parquet",
+    f"sweep {QUICK} --vary run.samples=3 --engine reference --out OUT": "rows/sweep.parquet",
     "releases scipy --out OUT": "rows/releases.parquet",
     f"judge {QUICK} {CERTIFIED_SOLUTIONS / QUICK}.csv --out OUT": "record/comparison.json",
     f"simulate {QUICK} --out OUT/run.csv": "run.csv",
