@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from barchain.cli.common.options import GivenSetting
+    from barchain.runs.executors import Executor
     from barchain.studies.stability.study import StabilityResult
     from barchain.studies.study import StudyEnd
     from reports.chapters.effects import BudgetTable
@@ -136,29 +137,70 @@ def show_points(result: StudyEnd, rendered: Rendered) -> None:
     end_study(result, rendered.page)
 
 
-@click.command(short_help="Measure the digits left in absolute and relative coordinates.")
+@click.command(short_help="Measure the digits left by round-off, and the floor of an engine.")
+@optional_scenes
+@engine_option("none, and the digits of SCENE in relative and absolute coordinates", classes=True)
+@set_option
+@click.option("--orbits", metavar="N", type=ORBITS, help="Run N orbits of each SCENE; default: its whole run.")
 @out_option()
-@click.option("--part", "parts", multiple=True, metavar="PART", type=click.Choice(PARTS), default=PARTS,
-              help=f"Run this part of the study: {', '.join(PARTS)}. May be repeated; default: all four.")  # fmt: skip
+@click.option("--part", "parts", multiple=True, metavar="PART", type=click.Choice(PARTS),
+              help=f"Without SCENE: run this part of the study: {', '.join(PARTS)}. May be repeated; default: all "
+                   "four.")  # fmt: skip
 @click.option("--size", "sizes", multiple=True, metavar="R", type=RealNumber(1e-12, 1e-2),
-              help="Judge one evaluation at this size: a bar's length over the Earth's radius, a power of ten. May be "
-                   "repeated; default: eleven sizes from 1e-2 to 1e-12.")  # fmt: skip
-@click.option("--full", is_flag=True, help="Take all sizes, arithmetics and numbers of bars, finer steps, longer runs.")
+              help="Without SCENE: judge one evaluation at this size: a bar's length over the Earth's radius, a power "
+                   "of ten. May be repeated; default: eleven sizes from 1e-2 to 1e-12.")  # fmt: skip
+@click.option("--full", is_flag=True,
+              help="Without SCENE: all sizes, arithmetics and numbers of bars, finer steps, longer runs.")  # fmt: skip
 @executor_options
 @result_options
-def roundoff(out: Path, parts: tuple[str, ...], sizes: tuple[float, ...], kept: dict[str, bool], **how: Any) -> None:
-    """Measure the digits of the reactions that absolute and relative coordinates leave.
+def roundoff(
+    scenes: tuple[str, ...], names: tuple[str, ...], settings: tuple[GivenSetting, ...], orbits: float | None,
+    out: Path, parts: tuple[str, ...], sizes: tuple[float, ...], executor: Executor, kept: dict[str, bool], *,
+    full: bool,
+) -> None:  # fmt: skip
+    """Measure the digits that round-off leaves.
 
-    Exits with 1 if a task fails.
+    Of SCENEs, names, files or folders: those of reactions, angles and track over time, in relative and absolute
+    coordinates, from single to quadruple precision. With --engine: the floor of an engine in them, from runs whose
+    inputs lie two units in the last place away, with a tolerance for each channel, and the precision in which the
+    engine computes. Without SCENE: those of the reactions against the size of a bar. Exits with 1 if a task or a run
+    fails.
     """
-    from barchain.studies.roundoff.study import roundoff_study
+    from barchain.runs.choices import chosen_engines
+    from barchain.studies.roundoff.study import roundoff_study, scene_study
 
-    try:
-        study = roundoff_study(parts, sizes, **how)
-    except ValueError as error:
-        raise click.UsageError(f"--size: {error}") from error
+    if any((parts, sizes, full) if scenes else (names, settings, orbits)):
+        raise click.UsageError(
+            "--part, --size and --full go without SCENE" if scenes else "--engine, --set and --orbits go with SCENE"
+        )
+    if scenes:
+        engines = chosen_engines(names) if names else {}
+        study = scene_study(scenes, engines, settings_by_engine(settings, engines), orbits, executor)
+    else:
+        try:
+            study = roundoff_study(parts or PARTS, sizes, full=full, executor=executor)
+        except ValueError as error:
+            raise click.UsageError(f"--size: {error}") from error
     result, rendered = run_shown(out, study, kept)
+    show_scenes(rendered.view, study.parts)
     end_study(result, rendered.page)
+
+
+def show_scenes(view: Any, parts: tuple[str, ...]) -> None:
+    """Print the fewest digits of scenes in each precision, or the floors of engines with their tolerances."""
+    from reports.text.numerals import typed
+
+    for found in view.scene_digits if "scenes" in parts else ():
+        say(found.headline)
+        cells = [[name, *(f"{d.least:.1f}" if d else "" for d in left)] for name, left in found.lines]
+        show_rows(("digits", *found.heads), cells, right=found.heads)
+    heads = {"median": "median", "q95": "95 %", "floor": "floor", "tolerance": "tolerance", "rtol": "rtol",
+             "run_tolerance": "for the whole run", "run_rtol": "its rtol"}  # fmt: skip
+    for found in view.scene_floors if "floors" in parts else ():
+        for words in found.headlines:
+            say(f"{found.scene}  {words}")
+        rows = [(r["engine"], r["title"], r["unit"], *(typed(r[c], 2) or "none" for c in heads)) for r in found.lines]
+        show_rows(("engine", "channel", "unit", *heads.values()), rows, right=[*heads.values()])
 
 
 @click.command(short_help="Classify the stability of engines in hard scenes.")

@@ -1,4 +1,4 @@
-"""Floating-point types: NumPy's three, and a multiple-precision type of hundreds of bits that serves as exact.
+"""Floating-point types: NumPy's three, quadruple precision, and one of hundreds of bits that serves as exact.
 
 The formulations of this package are written once, in operators and the few functions of an :class:`Arithmetic`. Arrays
 of Python objects take the multiple-precision numbers through the same code.
@@ -7,7 +7,7 @@ of Python objects take the multiple-precision numbers through the same code.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import gmpy2
@@ -24,6 +24,7 @@ Where reactions vanish, absolute coordinates lose 3 digits for each digit of the
 500 bars loses some more; more than 50 always remain.
 """
 EXACT_BITS = int(np.ceil(EXACT_DIGITS * np.log2(10.0)))
+QUADRUPLE_BITS = 113  # of IEEE 754's binary128
 
 
 @dataclass(frozen=True)
@@ -38,13 +39,20 @@ class Arithmetic:
     cos: Function
     log1p: Function
     expm1: Function
+    bits: int = field(default=EXACT_BITS, kw_only=True)
+    """Of a multiple-precision type, in whose :meth:`numbers` it computes"""
 
     def cast(self, values: Values) -> Values:
         """Round `values` of any arithmetic to this type."""
         array = np.asarray(values)
         if self.dtype is not object:
             return from_exact(array, self.dtype) if array.dtype == object else array.astype(self.dtype)
-        return array if array.dtype == object else to_exact(array)
+        numbers = array if array.dtype == object else to_exact(array)
+        return numbers if self.bits == EXACT_BITS else each(lambda x: gmpy2.mpfr(x, self.bits))(numbers)
+
+    def numbers(self) -> Any:
+        """Context in which operations of a multiple-precision type round to its bits; others need none."""
+        return gmpy2.context(gmpy2.get_context(), precision=self.bits)
 
     def zeros(self, shape: tuple[int, ...]) -> Values:
         """Array of zeros."""
@@ -66,10 +74,9 @@ def each(function: Callable[[Any], Any]) -> Function:
 FLOAT32 = numpy_arithmetic("float32", np.float32)
 FLOAT64 = numpy_arithmetic("float64", np.float64)
 LONG = numpy_arithmetic("long double", np.longdouble)
-EXACT = Arithmetic(
-    "exact", object, 2.0**-EXACT_BITS,
-    *map(each, (gmpy2.sqrt, gmpy2.sin, gmpy2.cos, gmpy2.log1p, gmpy2.expm1)),
-)  # fmt: skip
+OF_MANY_BITS = tuple(map(each, (gmpy2.sqrt, gmpy2.sin, gmpy2.cos, gmpy2.log1p, gmpy2.expm1)))
+EXACT = Arithmetic("exact", object, 2.0**-EXACT_BITS, *OF_MANY_BITS)
+QUADRUPLE = Arithmetic("quadruple", object, 2.0**-QUADRUPLE_BITS, *OF_MANY_BITS, bits=QUADRUPLE_BITS)
 ARITHMETICS = {a.name: a for a in (FLOAT32, FLOAT64, LONG)}
 
 
@@ -80,7 +87,7 @@ def long_doubles() -> bool:
 
 def exact_numbers() -> Any:
     """Context of :data:`EXACT`, which sets the precision of its functions."""
-    return gmpy2.context(gmpy2.get_context(), precision=EXACT_BITS)
+    return EXACT.numbers()
 
 
 def to_exact(array: Values) -> Values:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,8 @@ class ChainParameters:
     """(N, B)"""
     inertia_kg_m2: Values
     """(N, B)"""
+    gradient: bool = field(default=True, kw_only=True)
+    """Whether the gradient of gravity turns the bars"""
 
     @cached_property
     def weight(self) -> Values:
@@ -52,7 +54,8 @@ class ChainParameters:
 
     def cast(self, to: Arithmetic) -> ChainParameters:
         """Parameters rounded to another arithmetic."""
-        return ChainParameters(*map(to.cast, (self.mu_m3_s2, self.mass_kg, self.length_m, self.inertia_kg_m2)))
+        own = map(to.cast, (self.mu_m3_s2, self.mass_kg, self.length_m, self.inertia_kg_m2))
+        return ChainParameters(*own, gradient=self.gradient)
 
 
 @dataclass(frozen=True)

@@ -111,7 +111,7 @@ class HighPrecisionCoordinates(ABC):
         place, com, angle = self.bar_positions(y)
         reach = self.bars.half_m * directions(self.a, angle)[0]
         gap = (place[:, 1:] - place[:, :-1]) - (reach[:, 1:] + reach[:, :-1])
-        opened = self.a.sqrt(gap[0] * gap[0] + gap[1] * gap[1]).max(axis=0)
+        opened = self.a.sqrt(gap[0] * gap[0] + gap[1] * gap[1]).max(axis=0, initial=0.0)
         return ChainObservables(angle, self.chain_accelerations(y).reaction_N, opened, com)
 
     @abstractmethod

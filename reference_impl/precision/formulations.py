@@ -74,7 +74,7 @@ def coupled_accelerations(
     end = bars.half_m * (spin * across - rate_rad_s * rate_rad_s * along)
     right = (field_m_s2[:, 1:] - field_m_s2[:, :-1]) - (end[:, :-1] + end[:, 1:])
     reaction = solve(bars, across, right)
-    none = 0.0 * reaction[:, :1]
+    none = 0.0 * (reaction if reaction.size else field_m_s2)[:, :1]  # of a single bar there is no reaction
     after, before = np.concatenate([reaction, none], axis=1), np.concatenate([none, reaction], axis=1)
     angular = spin + bars.lever * dot(across, after + before)
     return ChainAccelerations(reaction, angular, field_m_s2 + bars.inverse_mass * (after - before), com)
@@ -83,7 +83,9 @@ def coupled_accelerations(
 def gradient_angular_accelerations(
     a: Arithmetic, bars: ChainParameters, place_m: Values, along: Values, across: Values
 ) -> Values:
-    """K_j/J_j of eq. (17), (N, B), rad/s²."""
+    """K_j/J_j of eq. (17), (N, B), rad/s²; zero of point masses."""
+    if not bars.gradient:
+        return 0.0 * along[0]
     r2 = dot(place_m, place_m)
     return 3.0 * (bars.mu_m3_s2 / (r2 * a.sqrt(r2))) * dot(along, place_m) * (dot(across, place_m) / r2)
 

@@ -32,7 +32,9 @@ def blocks(bars: ChainParameters, across: Values) -> tuple[Values, Values]:
 
 
 def solve(bars: ChainParameters, across: Values, right: Values) -> Values:
-    """Reactions (2, N-1, B) for right-hand sides (2, N-1, B)."""
+    """Reactions (2, N-1, B) for right-hand sides (2, N-1, B); none of a single bar."""
+    if not right.size:
+        return right
     diagonal, beside = blocks(bars, across)
     joints = right.shape[1]
     rows = np.moveaxis(

@@ -20,6 +20,13 @@ Each error is given as quantiles over an ensemble's members (``q05``, ``median``
     errors of other engines, in the inertial frame and in a moving frame, against step and size ratio;
 ``times``
     time of an evaluation in relative coordinates relative to absolute ones;
+``digits``
+    errors of scenes over their time, in each set of coordinates and each precision: of angles in rad, of reactions over
+    the largest of the run, of the track over the distance from the body's centre;
+``floors``, ``spread``
+    spread of an engine's results over variants of a scene, in SI units: each channel's ``floor`` over what the scene
+    amplifies, with a ``tolerance`` there and for the whole run, and the ``class`` of precision; the spread over time,
+    with ``grown``, what the scene amplifies.
 """
 
 from __future__ import annotations
@@ -55,6 +62,8 @@ def fits(name: str, index: tuple[str, ...], *numbers: str) -> Table:
 
 EVALUATION = ("state", "bars", "formulation", "arithmetic", "source", "yardstick")
 STEPS = ("steps_per_orbit", "rtol")
+PAIR = ("scene", "engine", "setting", "quantity")
+FLOORS = ("median", "q95", "repeats", "tolerance", "rtol", "run_tolerance", "run_rtol", "scale")
 TABLES = {
     "evaluation": errors("evaluation", (*EVALUATION, "ratio")),
     "laws": fits("laws", EVALUATION, "constant", "last_digit_ratio"),
@@ -80,12 +89,21 @@ TABLES = {
         },
         sizes=SIZES,
     ),
+    "digits": errors("digits", ("scene", "quantity", "coordinates", "arithmetic", "orbits")),
+    "floors": Table(
+        PAIR,
+        "floors.floor",
+        {"floor": ".value", "class": ".text", "reason": ".reason"} | {name: f"floors.{name}" for name in FLOORS},
+    ),
+    "spread": errors("spread", (*PAIR, "orbits"), "grown"),
 }  # fmt: skip
 PARTS = {
     "evaluation": ("evaluation", "laws", "longitudes"),
     "trajectories": ("trajectories", "best", "best_laws", "growth", "growth_laws"),
     "engines": ("engines", "engine_laws"),
     "times": ("times",),
+    "scenes": ("digits",),
+    "floors": ("floors", "spread"),
 }
 """Tables of each part of the study"""
 

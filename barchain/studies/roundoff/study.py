@@ -7,19 +7,24 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import ENGINES
 from barchain.record.environment import package_version
 from barchain.runs.call import Call, CallFailedError
 from barchain.runs.cases import Shared, Task, run_cases
+from barchain.runs.choices import unique_names
+from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES, KeptAnswers
 from barchain.runs.message import MessageError, message_bytes, read_message
+from barchain.solutions.reference import closely_sampled
 from barchain.studies.roundoff.engines import engine_rows
 from barchain.studies.roundoff.evaluation import longitude_rows, rows_of, time_rows
+from barchain.studies.roundoff.floors import FloorTask, floor_tasks
 from barchain.studies.roundoff.formulations import EQUATOR_M, MEMBERS, EvaluationCase, StateKind
 from barchain.studies.roundoff.power_laws import best_laws, best_table, engine_laws, evaluation_laws, growth_laws
+from barchain.studies.roundoff.scenes import PRECISIONS, digit_rows, need_carried, shortened
 from barchain.studies.roundoff.third_parties import present
 from barchain.studies.roundoff.trajectories import (
     ScaledScene,
@@ -33,13 +38,15 @@ from barchain.studies.study import StudyEnd
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
 from reports.results.outcome import Outcome
 from reports.results.roundoff import FILES, TABLES
-from scenarios import load_scene
+from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     import pandas as pd
 
+    from adapters.registry import Registration
     from barchain.record.study_store import StudyStore
     from barchain.runs.call import Answer
     from barchain.runs.cases import Case
@@ -105,19 +112,22 @@ class RoundoffTask:
     arguments: tuple[Any, ...]
     solution: ScaledScene | None = None
     """Whose high-precision solution is the function's first argument"""
+    limit_s: float = TASK_LIMIT_S
 
 
 @dataclass(frozen=True)
 class RoundoffStudy:
     """Tasks of some parts."""
 
-    tasks: tuple[RoundoffTask, ...]
+    tasks: tuple[RoundoffTask | FloorTask, ...]
     timed: tuple[RoundoffTask, ...] = ()
     """Tasks whose times count: they are made after all else, one by one"""
     full: bool = False
     parts: tuple[str, ...] = PARTS
     executor: Executor = ALL_CORES
     """Place of the tasks that are not timed"""
+    left_out: dict[str, str] = field(default_factory=dict)
+    """Engines that do not support a scene, with the reasons"""
     files: ClassVar[StudyFiles] = FILES
 
     @property
@@ -158,8 +168,10 @@ class RoundoffStudy:
                         failed.append({"table": task.table, "task": task.title, "reason": found})
                         reporter.step(task.table, f"{task.title}: {found}", str(Outcome.FAILED))
                     else:
-                        rows.setdefault(task.table, {})[k] = found
-                        store.write(task.table, table(task.table))
+                        for row in found:  # some have rows of two tables
+                            rows.setdefault(row.get("table", task.table), {}).setdefault(k, []).append(row)
+                        for name in dict.fromkeys(row.get("table", task.table) for row in found):
+                            store.write(name, table(name))
                         reporter.step(task.table, task.title, str(Outcome.PASS))
         finally:
             for name, (source, laws) in DERIVED.items():
@@ -169,7 +181,41 @@ class RoundoffStudy:
                 best = best_table(table("trajectories"))
                 store.write("best", best)
                 store.write("best_laws", best_laws(best))
-        return StudyEnd(tuple(f"{f['table']}: {f['task']}: {f['reason']}" for f in failed))
+        return StudyEnd(tuple(f"{f['table']}: {f['task']}: {f['reason']}" for f in failed), self.left_out)
+
+
+def scene_study(
+    scenes: Iterable[str | Path | Scene],
+    engines: dict[str, Registration] | None = None,
+    settings: Mapping[str, Mapping[str, float]] | None = None,
+    orbits: float | None = None,
+    executor: Executor = ALL_CORES,
+) -> RoundoffStudy:
+    """Study of the digits of scenes over their first orbits, or of the floors of engines in them.
+
+    Values of `settings` are by engine; engines have their own without them, and scenes their whole run without orbits.
+
+    Raises
+    ------
+    SceneError, SettingError
+        For a scene that does not exist or that the formulations can't carry, or a setting that an engine does not have.
+    ClusterError
+        For a Dask cluster that can't be used.
+    """
+    loaded = unique_names([shortened(s if isinstance(s, Scene) else load_scene(s), orbits) for s in scenes])
+    executor.check()
+    if engines:
+        need_runnable(loaded)
+        floors, left_out = floor_tasks(map(closely_sampled, loaded), engines, settings or {})
+        return RoundoffStudy(tuple(floors), parts=("floors",), executor=executor, left_out=left_out)
+    for scene in loaded:
+        need_carried(scene)
+    tasks = tuple(
+        RoundoffTask("digits", f"{scene.name}, {name}", digit_rows, (scene, name), limit_s=SOLUTION_LIMIT_S)
+        for name in reversed(PRECISIONS) for scene in loaded  # the longest first
+        if name != "long double" or long_doubles()
+    )  # fmt: skip
+    return RoundoffStudy(tasks, parts=("scenes",), executor=executor)
 
 
 def roundoff_study(
@@ -191,11 +237,15 @@ def roundoff_study(
     return RoundoffStudy(tasks, timed, full, tuple(parts), executor)
 
 
-def cases_of(tasks: tuple[RoundoffTask, ...]) -> Iterator[Case[Rows | str]]:
+def cases_of(tasks: tuple[RoundoffTask | FloorTask, ...]) -> Iterator[Case[Rows | str]]:
     """Cases of tasks; those of one family of scenes share its high-precision solution."""
-    solutions = {t.solution: Shared(solution_case(t.solution)) for t in tasks if t.solution is not None}
+    families = {t.solution for t in tasks if isinstance(t, RoundoffTask) and t.solution is not None}
+    solutions = {family: Shared(solution_case(family)) for family in families}
     for task in tasks:
-        yield task_case(task, None if task.solution is None else solutions[task.solution])
+        if isinstance(task, FloorTask):
+            yield task.case()
+        else:
+            yield task_case(task, None if task.solution is None else solutions[task.solution])
 
 
 def solution_case(family: ScaledScene) -> Case[HighPrecisionSolution | str]:
@@ -215,7 +265,7 @@ def task_case(task: RoundoffTask, solution: Shared | None) -> Case[Rows | str]:
             return f"no high-precision solution: {known}"
         given = (known, *given)
     read = checked(lambda content: read_message(content)[0]["rows"])
-    (found,) = yield [Task(Call(task_bytes, (task.function, given), TASK_LIMIT_S), read, LATER)]
+    (found,) = yield [Task(Call(task_bytes, (task.function, given), task.limit_s), read, LATER)]
     rows: Rows | str = found
     return rows
 

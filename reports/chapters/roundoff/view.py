@@ -14,6 +14,7 @@ from reports.chapters.roundoff.charts import (
     library_charts,
     run_charts,
 )
+from reports.chapters.roundoff.scenes import digits_of, floors_of
 from reports.chapters.roundoff.study import METHODS, QUANTITIES, USUAL, Roundoff, rows_of, spelled
 from reports.plotting.errors import LOST
 from reports.results.roundoff import EVALUATION, FILES
@@ -61,8 +62,16 @@ def view_roundoff(folder: Path) -> SimpleNamespace:
     longitudes = [sectors(study, key, own) for key, own in tables.longitudes.groupby(list(SECTORS), sort=False)]
     sizes, parts = tables.evaluation.ratio, list((record.get("parts") or {}).values()) or [record]
     stops = [r for r in plain(tables.engines) if r["reason"]]
+    scene_digits = [digits_of(str(scene), own) for scene, own in tables.digits.groupby("scene", sort=False)]
+    scene_floors = [
+        floors_of(str(scene), own, rows_of(tables.spread, scene=scene))
+        for scene, own in tables.floors.groupby("scene", sort=False)
+    ]
     return SimpleNamespace(
         record=record,
+        scene_digits=scene_digits,
+        scene_floors=scene_floors,
+        general=not (scene_digits or scene_floors) or bool({*record["parts"]} - {"scenes", "floors"}),
         finished=is_complete(record),
         sizes=[study.size(float(e)) for e in (sizes.min(), sizes.max())] if len(sizes) and study.radius_m else [],
         digit_columns=[list(DIGIT_COLUMNS)[k] for k in measured],
