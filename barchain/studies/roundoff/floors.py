@@ -31,8 +31,10 @@ from barchain.runs.job import TIME_LIMIT_S, Job, Role
 from barchain.runs.left_out import cannot
 from barchain.runs.tasks import limit_of, run_task
 from barchain.solutions.judging import SolutionFailedError, solution_case
+from barchain.solutions.reference import PERTURBATION_RAD
 from barchain.solutions.shipped import shipped_solution
 from barchain.studies.roundoff.evaluation import quantiles
+from reports.results.comparison import PARTED_RAD
 from reports.results.outcome import Outcome
 from scenarios.channels import WORDS
 
@@ -56,6 +58,8 @@ CHANCE = 1e-6
 UNIT_ROUNDOFF = {"double": 2.0**-53, "single": 2.0**-24}
 LEAST_ROUNDINGS = 0.25
 NOT_TOLD = "not told"
+MOST_AMPLIFIED = PARTED_RAD / PERTURBATION_RAD
+"""Largest amplification that counts: the perturbed run of a solution in double precision shows no larger one"""
 FEWEST = 12
 """Variants in turned axes that must have come to their end"""
 INSTANTS = 60
@@ -124,11 +128,12 @@ def floor_rows(
     same = [differences(main, run) for v, run in runs if not v.turn_rad and not v.repetition]
     n = min(len(solution.amplification), *(len(d["com"]) for d in (*apart, *again)))
     t_s, size, factor, rows = main.t_s[:n], scales(solution), margin(len(apart)), list[dict[str, Any]]()
+    kept = solution.amplification[:n] <= MOST_AMPLIFIED
     for quantity in apart[0]:
         grown = kepler_growth(solution.scene, t_s) if quantity in TRACK else solution.amplification[:n]
         each = np.array([d[quantity][:n] for d in apart])
-        repeats = max((float((d[quantity][:n] / grown).max()) for d in again), default=0.0)
-        own = quantiles((each / grown).max(axis=1))
+        repeats = max((float((d[quantity][:n] / grown)[kept].max()) for d in again), default=0.0)
+        own = quantiles((each / grown)[:, kept].max(axis=1))
         floor, whole = max(own["largest"], repeats), factor * float(each.max())
         if whole > MAX_NOISE_SHARE * size[quantity]:
             whole = np.nan  # the variants part
