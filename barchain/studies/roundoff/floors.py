@@ -12,6 +12,7 @@ margin times the largest with a probability of 1e-6.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -39,10 +40,11 @@ from reports.results.outcome import Outcome
 from scenarios.channels import WORDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from adapters.registry import Registration
     from adapters.trajectory import Array, Trajectory
+    from barchain.runs.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
@@ -203,15 +205,19 @@ class FloorTask:
     """What the scene amplifies; a text is the reason why that is not known"""
     table: ClassVar[str] = "floors"
 
-    def case(self) -> Case[Rows | str]:
+    def case(self, note: Callable[[str], None]) -> Case[Rows | str]:
         """Rows, or why there are none; an engine that does not do the scene itself is asked for nothing more."""
+        wanted, number = variants(self.job.scene), itertools.count(1)
+
+        def told_of(_: RunResult) -> None:
+            note(f"{self.title}: {next(number)} of {len(wanted)} variants")
+
         main, known = yield [run_of(self.job), self.solution]
         if main.trajectory is None or main.outcome is not Outcome.PASS:
             return f"{main.outcome}: {main.reason}"
         if isinstance(known, str):
             return known
-        wanted = variants(self.job.scene)
-        made = yield [run_of(dataclasses.replace(self.job, scene=v.scene), v.repetition) for v in wanted]
+        made = yield [run_of(dataclasses.replace(self.job, scene=v.scene), v.repetition, told_of) for v in wanted]
         pairs = zip(wanted, made, strict=True)
         runs = [(v, run.trajectory) for v, run in pairs if run.outcome is Outcome.PASS and run.trajectory is not None]
         bad = [f"{run.outcome}: {run.reason}" for run in made if run.outcome is not Outcome.PASS]
@@ -224,9 +230,9 @@ class FloorTask:
         return [row | head | {"reason": "; ".join(filter(None, [row["reason"], said]))} for row in rows]
 
 
-def run_of(job: Job, repetition: int = 0) -> Task:
+def run_of(job: Job, repetition: int = 0, kept: Callable[[RunResult], None] | None = None) -> Task:
     """Run to be made; one that is made again has an answer of its own."""
-    task = run_task(job, limit_of(job, TIME_LIMIT_S))
+    task = run_task(job, limit_of(job, TIME_LIMIT_S), kept=kept)
     return dataclasses.replace(task, call=dataclasses.replace(task.call, repetition=repetition))
 
 

@@ -162,7 +162,7 @@ class RoundoffStudy:
 
         try:
             for tasks, place in ((self.tasks, self.executor), (self.timed, self.executor.one_by_one())):
-                for k, found in run_cases(enumerate(cases_of(tasks)), place):
+                for k, found in run_cases(enumerate(cases_of(tasks, reporter.note)), place):
                     task = tasks[k]
                     if isinstance(found, str):
                         failed.append({"table": task.table, "task": task.title, "reason": found})
@@ -237,13 +237,13 @@ def roundoff_study(
     return RoundoffStudy(tasks, timed, full, tuple(parts), executor)
 
 
-def cases_of(tasks: tuple[RoundoffTask | FloorTask, ...]) -> Iterator[Case[Rows | str]]:
+def cases_of(tasks: tuple[RoundoffTask | FloorTask, ...], note: Callable[[str], None]) -> Iterator[Case[Rows | str]]:
     """Cases of tasks; those of one family of scenes share its high-precision solution."""
     families = {t.solution for t in tasks if isinstance(t, RoundoffTask) and t.solution is not None}
     solutions = {family: Shared(solution_case(family)) for family in families}
     for task in tasks:
         if isinstance(task, FloorTask):
-            yield task.case()
+            yield task.case(note)
         else:
             yield task_case(task, None if task.solution is None else solutions[task.solution])
 
