@@ -166,7 +166,7 @@ def told(
     silent = sum(not d[quantity][1:].any() for d in same)  # an adapter may take the start from its inputs
     kind, reason = precision_class(share, silent, len(same), turns)
     if row["floor"] > margin(int(row["members"])) * row["q95"]:
-        reason += f"; a few variants spread {rounded(row['floor'] / row['median'])} times as far, by other steps"
+        reason += f"; a few variants spread {row['floor'] / row['median']:.0f} times as far, by other steps"
     return kind, f"over what the scene amplifies, {WORDS[quantity]} spread by {share:.2g} of their size, {reason}"
 
 
@@ -180,18 +180,13 @@ def precision_class(share: float, silent: int, tried: int, largest: float = 1.0)
     """
     for kind, unit in UNIT_ROUNDOFF.items():
         if LEAST_ROUNDINGS * unit <= share <= ROUNDINGS * unit * largest:
-            reason = f"{rounded(share / unit)} roundings of a {kind}"
+            reason = f"{max(1.0, share / unit):.0f} roundings of a {kind}"
             if kind == "double":
                 return kind, reason
             if 2 * silent > tried:
                 return kind, f"{reason}; {silent} of {tried} inputs two ulps of a double away give the same numbers"
             return NOT_TOLD, f"{reason}, or an iteration that stops there: inputs two ulps of a double away count"
     return NOT_TOLD, f"neither up to {ROUNDINGS:g} roundings of a double nor of a single"
-
-
-def rounded(value: float) -> str:
-    """Two significant digits: ``160``."""
-    return f"{float(f'{value:.2g}'):.6g}"
 
 
 @dataclass(frozen=True)
@@ -247,10 +242,7 @@ def solution_of(scene: Scene) -> Case[ReferenceSolution | str]:
 def floor_tasks(
     scenes: Iterable[Scene], engines: dict[str, Registration], settings: Mapping[str, Mapping[str, float]]
 ) -> tuple[list[FloorTask], dict[str, str]]:
-    """Tasks of all pairs of a scene and an engine that supports it, and the others with their reasons.
-
-    Values of settings are by engine. Errors are those of :func:`barchain.runs.choices.choose_setting`.
-    """
+    """Tasks of all pairs of a scene and an engine that supports it, and the others with their reasons."""
     tasks, left_out = [], {}
     chosen = {name: choose_setting(name, settings.get(name, {}), engines) for name in engines}
     for scene in scenes:

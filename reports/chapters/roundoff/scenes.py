@@ -85,14 +85,8 @@ def floors_of(scene: str, floors: pd.DataFrame, spread: pd.DataFrame) -> SimpleN
         line | {"title": (channel := CHANNELS[line["quantity"]]).shown_title, "unit": channel.unit}
         for line in plain(floors)
     ]  # fmt: skip
-    charts = {
-        q: floor_chart(scene, q, rows_of(floors, quantity=q), rows_of(spread, quantity=q))
-        for q in sorted(set(floors.quantity), key=list(CHANNELS).index)
-    }
-    return SimpleNamespace(
-        scene=scene, headlines=of_engines, lines=lines, charts=drawn(charts.get(q) for q in QUANTITIES),
-        folded=drawn(chart for q, chart in charts.items() if q not in QUANTITIES),
-    )  # fmt: skip
+    charts = (floor_chart(scene, q, rows_of(floors, quantity=q), rows_of(spread, quantity=q)) for q in QUANTITIES)
+    return SimpleNamespace(scene=scene, headlines=of_engines, lines=lines, charts=drawn(charts))
 
 
 def sentence(own: pd.DataFrame) -> str:
