@@ -15,7 +15,7 @@ from tests.support.slow import one_in
 NAN = {
     "--time-limit": ["cost", "compare basics/libration --out x"], "--orbits": ["cost", "ensemble basics/libration"],
     "--rtol": ["effects basics/libration"], "--matters": ["effects basics/libration"], "--minutes": ["cost", "scaling"],
-    "--repeats": ["cost"], "--shrink-seconds": ["selftest"],
+    "--repeats": ["cost"],
 }  # fmt: skip
 
 
