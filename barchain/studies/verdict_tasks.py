@@ -11,7 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from adapters.common.equal_steps import finer_setting
+from barchain.judge.compare import judge
+from barchain.judge.error_model import ErrorModel
 from barchain.judge.verdict import Verdict
+from barchain.runs.asking import taken_along
 from barchain.runs.call import Call, CallFailedError
 from barchain.runs.cases import Task
 from barchain.runs.job import Role
@@ -22,11 +26,42 @@ from reports.results.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from adapters.engine import Declarations, Setting
+    from barchain.judge.evidence import Evidence
     from barchain.runs.call import Answer
+    from barchain.runs.cases import Case
+    from barchain.solutions.reference import ReferenceSolution
 
 JUDGING_S = 300.0  # of processor time; a verdict on the longest shipped scene takes some twenty seconds in NumPy
 FIRST = (-1.0,)
 """Priority of verdicts before all runs: what is judged is reported, and its trajectories are forgotten"""
+
+
+def verdict_case(
+    name: str, engine: Declarations, setting: Setting, evidence: Evidence, solution: ReferenceSolution
+) -> Case[Verdict]:
+    """Verdict made here, or in another process where it goes beyond the predictability limit."""
+    run = evidence.main.trajectory
+    if run is None:
+        return judge(name, engine, setting, evidence, solution)
+    settings = setting, finer_setting(solution.scene, engine.sweep, setting)
+    t_s = ErrorModel(engine, setting, solution, run).t_s
+    engine = taken_along(engine, solution.scene, settings, t_s)
+    errors = ErrorModel(engine, setting, solution, run)
+    if not goes_beyond(errors):
+        return judge(name, engine, setting, evidence, solution, errors)
+    (found,) = yield [verdict_task(judge, name, engine, setting, evidence, solution, errors)]
+    if not isinstance(found, Verdict):
+        raise found
+    return found
+
+
+def goes_beyond(errors: ErrorModel) -> bool:
+    """Whether a verdict compares beyond the predictability limit, which takes long."""
+    try:
+        return bool(errors.limit_s < errors.solution.trajectory.t_s[-1])
+    except Exception:  # of samples that arithmetic fails on, or an adapter's own: the verdict says so
+        return False
 
 
 def verdict_task(function: Callable[..., Verdict], *given: Any) -> Task:

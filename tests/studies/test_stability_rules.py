@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from barchain.judge.compare import judge
 from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.runs.job import Job, Role, RunResult, failure
 from barchain.runs.run import run_job
 from barchain.solutions.reference import with_perturbed_start
 from barchain.studies.stability.evidence import evidence
 from barchain.studies.stability.plan import settings
-from barchain.studies.stability.rules import EngineRuns, finding, law, linear_rate
+from barchain.studies.stability.rules import EngineRuns, finding, judged_evidence, law, linear_rate
 from reports.results.outcome import Outcome
 from reports.results.stability import TABLES, Stability
 from scenarios import load_scene
@@ -50,7 +51,11 @@ def seen_of(engine: type[Faulty], name: str) -> EngineRuns:
     own = settings(scene(name), "faulty", engine.declarations())
     jobs = {role: Job(scene(name), "faulty", registration(engine), s, role) for role, s in own.items()}
     runs = {role: run_job(job) for role, job in jobs.items()}
-    return EngineRuns(scene(name), "faulty", engine.declarations(), own, runs, solutions.solution_of(scene(name)))
+    known, declared = solutions.solution_of(scene(name)), engine.declarations()
+    verdicts = {
+        role: judge("faulty", declared, own[role], evidence, known) for role, evidence in judged_evidence(runs).items()
+    }
+    return EngineRuns(scene(name), "faulty", declared, own, runs, known, verdicts=verdicts)
 
 
 CASES = [

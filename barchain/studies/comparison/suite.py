@@ -15,15 +15,13 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from adapters.trajectory import Observable
 from barchain.judge.checks.more_judged import beyond_any_setting
-from barchain.judge.compare import judge
 from barchain.judge.diagnosis.own_motion import MadeRuns, densely
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, thinned
-from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.verdict import Row, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
-from barchain.runs.asking import ask_about, declarations_of, taken_along
+from barchain.runs.asking import ask_about, declarations_of
 from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
@@ -45,7 +43,7 @@ from barchain.solutions.judging import (
 from barchain.solutions.reference import ReferenceSolution, SolutionSource, closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from barchain.studies.comparison.plan import ANY_INDEPENDENT, SEVERAL, SceneProgress, required_verdicts
-from barchain.studies.verdict_tasks import verdict_task
+from barchain.studies.verdict_tasks import verdict_case, verdict_task
 from reports.results.comparison import ALL_SCENES, JUDGING_SOLUTION
 from reports.results.outcome import Outcome
 
@@ -53,7 +51,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.engine import Declarations, Setting
-    from barchain.judge.evidence import Evidence
     from barchain.record.study_store import StudyStore
     from barchain.studies.comparison.plan import ComparisonPlan
     from barchain.studies.study import Reporter
@@ -258,14 +255,14 @@ class Suite:
     ) -> Case[Verdict]:
         """Verdict on an engine's runs, and on the further runs that it requests."""
         scene, loaded = solution.scene, self.declared[engine]
-        found: Verdict = yield from judged(engine, loaded, setting, gathered(runs), solution)
+        found: Verdict = yield from verdict_case(engine, loaded, setting, gathered(runs), solution)
         if found.further_runs:
             registration = self.comparison.engines[engine]
             jobs = follow_up_jobs(scene, engine, registration, loaded, setting, found.further_runs)
             self.note(f"{scene.name}, {engine}: further runs tell round-off and slow convergence from wrong physics")
             more = yield list(map(self.run_of, jobs))
             runs |= dict(zip((job.role for job in jobs), more, strict=True))
-            found = yield from judged(engine, loaded, setting, gathered(runs), solution)
+            found = yield from verdict_case(engine, loaded, setting, gathered(runs), solution)
         return found
 
     def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
@@ -296,33 +293,6 @@ class Suite:
                 self.keep_rows(name, engine, verdict)
             else:
                 self.settle(name, engine, verdict)
-
-
-def judged(
-    name: str, engine: Declarations, setting: Setting, evidence: Evidence, solution: ReferenceSolution
-) -> Case[Verdict]:
-    """Verdict made here, or in another process where it goes beyond the predictability limit."""
-    run = evidence.main.trajectory
-    if run is None:
-        return judge(name, engine, setting, evidence, solution)
-    settings = setting, finer_setting(solution.scene, engine.sweep, setting)
-    t_s = ErrorModel(engine, setting, solution, run).t_s
-    engine = taken_along(engine, solution.scene, settings, t_s)
-    errors = ErrorModel(engine, setting, solution, run)
-    if not goes_beyond(errors):
-        return judge(name, engine, setting, evidence, solution, errors)
-    (found,) = yield [verdict_task(judge, name, engine, setting, evidence, solution, errors)]
-    if not isinstance(found, Verdict):
-        raise found
-    return found
-
-
-def goes_beyond(errors: ErrorModel) -> bool:
-    """Whether a verdict compares beyond the predictability limit, which takes long."""
-    try:
-        return bool(errors.limit_s < errors.solution.trajectory.t_s[-1])
-    except Exception:  # of samples that arithmetic fails on, or an adapter's own: the verdict says so
-        return False
 
 
 def beforehand(jobs: list[Job]) -> list[str]:

@@ -6,8 +6,7 @@ than the scene's own error amplification.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +14,6 @@ import numpy as np
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from barchain.judge.checks.beyond_limit import MAX_KINETIC_RATIO, kinetic_ratio
-from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.judge.scales import NORM_SLACK
 from barchain.judge.verdict import MIN_JUDGED_SHARE, TWO_SETTING_METRICS
@@ -28,6 +26,8 @@ from reports.results.outcome import Outcome
 from reports.results.stability import Stability
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from adapters.engine import Declarations, Setting
@@ -71,6 +71,8 @@ class EngineRuns:
     """None where it could not be run"""
     not_run: frozenset[Role] = frozenset()
     """Levels that were not run, as a coarser one was late"""
+    verdicts: Mapping[Role, Verdict] = field(default_factory=dict)
+    """Verdict of each level that can be judged"""
 
     @property
     def levels(self) -> tuple[Role, ...]:
@@ -81,18 +83,6 @@ class EngineRuns:
         """Finite samples of one level, if there are any."""
         result = self.runs.get(role)
         return result.trajectory if result is not None and result.outcome in WITH_TRAJECTORY else None
-
-    @cached_property
-    def verdicts(self) -> dict[Role, Verdict]:
-        """Verdict of each level that can be judged."""
-        return {role: v for role in self.runs if (v := self.verdict(role)) is not None}
-
-    def verdict(self, role: Role) -> Verdict | None:
-        """Verdict on one level; None without its run, its other run or the reference solution."""
-        mine, other = self.runs.get(role), self.runs.get(OTHER.get(role, role))
-        if self.solution is None or mine is None or other is None or role not in OTHER:
-            return None
-        return judge(self.name, self.engine, self.settings[role], Evidence(mine, other), self.solution)
 
     def rows(self, role: Role) -> list[Row]:
         """Rows of one level's verdict."""
@@ -108,6 +98,11 @@ class EngineRuns:
             return step_s(self.scene, setting.value)
         steps = float(trajectory.info.get("steps", 0.0))
         return float(trajectory.t_s[-1]) / steps if steps else None
+
+
+def judged_evidence(runs: Mapping[Role, RunResult]) -> dict[Role, Evidence]:
+    """Runs of each level that a verdict on it rests on."""
+    return {role: Evidence(runs[role], runs[other]) for role, other in OTHER.items() if role in runs and other in runs}
 
 
 @dataclass(frozen=True)

@@ -43,8 +43,10 @@ from barchain.studies.stability.rules import (
     EngineRuns,
     Finding,
     finding,
+    judged_evidence,
     linear_rate,
 )
+from barchain.studies.verdict_tasks import verdict_case
 from reports.results.outcome import Outcome
 from reports.results.rows import NOT_RUN
 from reports.results.stability import FILES, Stability
@@ -238,9 +240,13 @@ class StabilityRun:
         (known,) = yield [solution]
         engine_runs = EngineRuns(scene, engine, own, wanted, runs, known, frozenset(skipped))
         try:
+            verdicts = {}
+            for role, runs_of_level in judged_evidence(runs).items() if known is not None else ():
+                verdicts[role] = yield from verdict_case(engine, own, wanted[role], runs_of_level, known)
+            engine_runs = replace(engine_runs, verdicts=verdicts)
             reason = None if known is None else own.unsupported_motion(known.scene, known.fine)
             found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
-        except EngineError as error:  # an engine of another package that gives no answer on the motion
+        except EngineError as error:  # an engine of another package without an answer, or no verdict
             found = Finding(Stability.FAILED, str(error))
         plain = plain_row(engine_runs)
         rows: CaseRows = {"evidence": evidence(engine_runs), "plain": [] if plain is None else [plain]}
