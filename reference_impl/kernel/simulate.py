@@ -304,6 +304,7 @@ class CompiledRates(MinimalCoordinates):
         self.chain, self.work, self.order = chain, work, order
         self.y, self.slopes = np.zeros_like(y0), np.zeros_like(y0)
         self.evaluation = Evaluation(self.y, self.slopes, chain, work)
+        self.moded = any(effect.mode.size for effect in chain.effects)
 
     def rhs(self, t_s: float, y: Array) -> Array:
         """Time derivative of a vector in the NumPy reference's order.
@@ -314,7 +315,8 @@ class CompiledRates(MinimalCoordinates):
             If the joint system is not positive definite in double precision.
         """
         self.y[self.order] = y
-        set_modes(self.chain, self.modes or (modes_at(self, t_s, y) if self.model.effects else None))
+        if self.moded:
+            set_modes(self.chain, self.modes or modes_at(self, t_s, y))
         if not self.evaluation(t_s):
             raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
         rates: Array = self.slopes[self.order]
