@@ -228,7 +228,14 @@ class SampledRun:
             if event_s is not None and self.stopped_s is not None and self.stopped_s > event_s:
                 self.stopped_s = None
         until = next(t for t in (self.stopped_s, event_s, solver.t) if t is not None)
-        while len(self.rows) < len(self.t_s) and self.t_s[len(self.rows)] <= until:
-            t = self.t_s[len(self.rows)]
-            self.rows.append(solver.y.copy() if t == solver.t else dense()(t))
+        reached = len(self.rows)
+        inside = self.t_s[reached : np.searchsorted(self.t_s, until, side="right")]
+        ends = bool(len(inside)) and inside[-1] == solver.t
+        between = inside[:-1] if ends else inside
+        if len(between) == 1:
+            self.rows.append(dense()(between[0]))
+        elif len(between):
+            self.rows.extend(dense()(between).T)  # together: a call takes as long as for one
+        if ends:
+            self.rows.append(solver.y.copy())
         return event_s if self.stopped_s is None else None
