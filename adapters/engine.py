@@ -235,7 +235,7 @@ class Declarations:
 
 def lacking_effects(scene: Scene, effects: Collection[str], reasons: Mapping[str, str]) -> str | None:
     """Reasons against the effects of a scene that are not among `effects`; None if all are."""
-    lacking = sorted(scene.effects.names.difference(effects))
+    lacking = sorted(scene.needs.difference(effects))
     if not lacking:
         return None
     return "; ".join(dict.fromkeys(reasons.get(name, f"does not support {name}") for name in lacking))
@@ -256,7 +256,7 @@ class Engine(ABC):
     sweep: ClassVar[AccuracySweep]
     """Accuracy parameter, its values from coarse to fine, and the default"""
     effects: ClassVar[frozenset[str]]
-    """Supported effects, named as in `Effects.names`; each is modelled without approximation."""
+    """Supported effects, named as in `Scene.needs`; each is modelled without approximation."""
     observables: ClassVar[frozenset[Observable]]
     """Quantities that every result holds; torques and impulses only in scenes that have them"""
     options: ClassVar[frozenset[str]] = frozenset()

@@ -192,6 +192,8 @@ def run_request(scene: Scene, setting: Setting) -> dict[str, Any]:
         del made["scene"]["orbit"]["flight_path_rad"]
     if not scene.chain.end_bodies:
         del made["scene"]["chain"]["end_bodies"]
+    if not scene.chain.com_share:
+        del made["scene"]["chain"]["com_share"]
     effects = made["scene"]["effects"]
     made["scene"]["effects"] = {name: table for name, table in effects.items() if table not in (None, [])}
     return made

@@ -471,6 +471,8 @@ SINGLE_NAME_EFFECTS = (
 """Effects that engines declare by one name, without variants"""
 LAW_FORMS = (*Frame, *Actuator, Course.QUINTIC, Course.SPLINE, "several_turns")
 """Variants of prescribed rotations that engines declare by name"""
+COM_SHARE = "chain.com_share"
+"""Name by which engines declare bars whose centre of mass is not midway between their ends"""
 EXTENDED_GRAVITY = (Gravity.QUADRUPOLE, Gravity.SLENDER)
 """Models of gravity in which the force on a bar is not that on a point mass"""
 
@@ -568,7 +570,7 @@ def forms_of(law: PrescribedRotation) -> Iterator[str]:
 
 
 def all_effect_names() -> frozenset[str]:
-    """Every name that :attr:`Effects.names`, and an engine's ``effects``, may hold.
+    """Every name that :attr:`Scene.needs`, and an engine's ``effects``, may hold.
 
     Returns
     -------
@@ -580,6 +582,7 @@ def all_effect_names() -> frozenset[str]:
             *(f"gravity.{gravity}" for gravity in Gravity),
             *(f"prescribed_rotation.{form}" for form in LAW_FORMS),
             *SINGLE_NAME_EFFECTS,
+            COM_SHARE,
             "solar_pressure.shadow",
             *(f"thrust.{axes}" for axes in Axes),
         }

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.effect_types import Course, Effects, Gravity
+from scenarios.effect_types import COM_SHARE, Course, Effects, Gravity
 from scenarios.hooks import html, renderer
 from scenarios.plural import plural
 from scenarios.text import check_scene_name
@@ -116,6 +116,8 @@ class Chain:
     end_bodies : tuple of str
         Ends whose bar is an end body, ``"first"``, ``"last"``: its length is twice the distance of its joint from its
         centre of mass. It moves as a bar, and is shown as a body.
+    com_share : tuple of float
+        Shares of the lengths from each bar's left end to its centre of mass; empty where all are midway.
     """
 
     mass_kg: tuple[float, ...]
@@ -125,6 +127,19 @@ class Chain:
     angle_from: str
     rate_factor: tuple[float, ...]
     end_bodies: tuple[str, ...] = ()
+    com_share: tuple[float, ...] = ()
+
+    @property
+    def left_m(self) -> tuple[float, ...]:
+        """Distances of the bars' left ends from their centres of mass, m."""
+        shares = self.com_share or (0.5,) * self.bars
+        return tuple(share * length for share, length in zip(shares, self.length_m, strict=True))
+
+    @property
+    def right_m(self) -> tuple[float, ...]:
+        """Distances of the bars' right ends from their centres of mass, m."""
+        shares = self.com_share or (0.5,) * self.bars
+        return tuple((1.0 - share) * length for share, length in zip(shares, self.length_m, strict=True))
 
     @property
     def bodies(self) -> tuple[int, ...]:
@@ -275,6 +290,11 @@ class Scene:
         return self.chain.bars
 
     @property
+    def needs(self) -> frozenset[str]:
+        """Names that an engine declares to support the scene: those of its effects, and of what its bars are."""
+        return self.effects.names | ({COM_SHARE} if self.chain.com_share else set())
+
+    @property
     def mass_kg(self) -> float:
         """Mass of the whole chain."""
         return math.fsum(self.chain.mass_kg)
@@ -415,6 +435,8 @@ class Scene:
             del physics["orbit"]["flight_path_rad"]
         if "chain" in physics:  # a body moves as a bar
             del physics["chain"]["end_bodies"]
+            if not self.chain.com_share:
+                del physics["chain"]["com_share"]
         if "effects" in physics:
             called = physics["effects"]
             for law in called["prescribed_rotation"]:

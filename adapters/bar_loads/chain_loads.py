@@ -43,8 +43,8 @@ class ChainLoads:
             Whether the frame falls with all fields; otherwise it is at rest at the centre of the body.
         """
         self.gravity = None if scene.effects.gravity is Gravity.NONE else gravity
-        self.halves = [0.5 * length for length in scene.chain.length_m]
-        self.effects = tuple(effects_of(scene, bars_of(scene.chain), falling=falling))
+        self.bars = bars_of(scene.chain)
+        self.effects = tuple(effects_of(scene, self.bars, falling=falling))
         self.of_rates = any(effect.of_rates for effect in self.effects)
         self.faced = [effect for effect in self.effects if isinstance(effect, FaceDependentLoad)]
 
@@ -72,9 +72,9 @@ class ChainLoads:
         if self.gravity:
             self.gravity.move_to(frame.x, frame.y)
             load = self.gravity.load
-            parts.append([load(x, y, a, half) for (x, y, a), half in zip(positions, self.halves, strict=True)])
+            parts.append([load(x, y, a, bar) for (x, y, a), bar in zip(positions, self.bars, strict=True)])
         if not parts:
-            return [(0.0, 0.0, 0.0)] * len(self.halves)
+            return [(0.0, 0.0, 0.0)] * len(self.bars)
         if len(parts) == 1:
             return parts[0]
         return [

@@ -10,7 +10,7 @@ from math import copysign, cos, exp, hypot, sin
 from typing import TYPE_CHECKING
 
 from adapters.bar_loads.interface import BarLoad, FaceDependentLoad
-from scenarios import Axes
+from scenarios import Axes, End
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -215,7 +215,8 @@ def end_force_load(where: Thrust | Impulse, size: float, angle: float, bar: BarP
     """Accelerations by a force of `size` (or jumps by an impulse) on the end of a bar at `angle`."""
     aim = where.direction_rad + (angle if where.axes is Axes.BODY else 0.0)
     fx, fy = size * cos(aim), size * sin(aim)
-    torque = where.end.sign * bar.half_length_m * (cos(angle) * fy - sin(angle) * fx)
+    arm = bar.right_m if where.end is End.RIGHT else -bar.left_m
+    torque = arm * (cos(angle) * fy - sin(angle) * fx)
     return fx / bar.mass_kg, fy / bar.mass_kg, torque / bar.inertia_kg_m2
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, final
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.bar_loads.interface import Load
+    from adapters.bar_loads.interface import BarProperties, Load
     from scenarios import Scene
 
 
@@ -29,7 +29,7 @@ class Loads(ABC):
         self.mu = scene.central_body.mu_m3_s2
         self.radius = scene.central_body.radius_m
         self.gradient = scene.effects.gravity in (Gravity.GRADIENT, Gravity.QUADRUPOLE)
-        alarm_m = self.radius + 0.5 * max(scene.chain.length_m) if surface else 0.0
+        alarm_m = self.radius + max(*scene.chain.left_m, *scene.chain.right_m) if surface else 0.0
         self.alarm2 = alarm_m**2  # m²: above it no bar reaches the surface
 
     @abstractmethod
@@ -37,8 +37,8 @@ class Loads(ABC):
         """Set the frame's origin to (x, y) m from the centre of the body."""
 
     @abstractmethod
-    def load(self, x: float, y: float, angle: float, half: float) -> Load:
-        """Acceleration of a bar of half length `half` at (x, y) m in the frame, at `angle` rad.
+    def load(self, x: float, y: float, angle: float, bar: BarProperties) -> Load:
+        """Acceleration of a bar at (x, y) m in the frame, at `angle` rad.
 
         Raises
         ------
@@ -51,10 +51,10 @@ class Loads(ABC):
         c, s = cos(angle), sin(angle)
         return 3.0 * self.mu * (c * x + s * y) * (c * y - s * x) / (r2 * r2 * sqrt(r2))
 
-    def check_height(self, x: float, y: float, angle: float, half: float) -> None:
+    def check_height(self, x: float, y: float, angle: float, bar: BarProperties) -> None:
         """Raise LandedError if the bar's nearest point is not above the surface."""
         c, s = cos(angle), sin(angle)
-        foot = min(max(-(c * x + s * y), -half), half)
+        foot = min(max(-(c * x + s * y), -bar.left_m), bar.right_m)
         if hypot(x + foot * c, y + foot * s) <= self.radius:
             raise LandedError
 
@@ -69,7 +69,7 @@ class MovingLoads(Loads):
         self.r2 = x * x + y * y
         self.strength = -self.mu / (self.r2 * sqrt(self.r2))
 
-    def load(self, x: float, y: float, angle: float, half: float) -> Load:
+    def load(self, x: float, y: float, angle: float, bar: BarProperties) -> Load:
         """g(X + p) - g(X), and the gradient's torque."""
         x0, y0 = self.x, self.y
         px, py = x0 + x, y0 + y
@@ -77,7 +77,7 @@ class MovingLoads(Loads):
         change = expm1(-1.5 * log1p(q))
         r2 = self.r2 * (1.0 + q)
         if r2 < self.alarm2:
-            self.check_height(px, py, angle, half)
+            self.check_height(px, py, angle, bar)
         k = self.strength
         spin = self.spin(px, py, r2, angle) if self.gradient else 0.0
         return k * (x + px * change), k * (y + py * change), spin
@@ -90,10 +90,10 @@ class AbsoluteLoads(Loads):
     def move_to(self, x: float, y: float) -> None:
         """No change: inertial axes stay in place."""
 
-    def load(self, x: float, y: float, angle: float, half: float) -> Load:
+    def load(self, x: float, y: float, angle: float, bar: BarProperties) -> Load:
         """-mu Z/|Z|³, and the gradient's torque."""
         r2 = x * x + y * y
         if r2 < self.alarm2:
-            self.check_height(x, y, angle, half)
+            self.check_height(x, y, angle, bar)
         k = -self.mu / (r2 * sqrt(r2))
         return k * x, k * y, self.spin(x, y, r2, angle) if self.gradient else 0.0

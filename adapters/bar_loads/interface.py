@@ -46,6 +46,13 @@ class BarProperties(NamedTuple):
     inertia_kg_m2: float
     """About its centre"""
     half_length_m: float
+    left_m: float
+    """Distance of its left end from its centre"""
+
+    @property
+    def right_m(self) -> float:
+        """That of its right end, m."""
+        return 2.0 * self.half_length_m - self.left_m
 
 
 class BarLoad(ABC):
@@ -81,9 +88,10 @@ def bars_of(chain: Chain) -> list[BarProperties]:
     Returns
     -------
     list of BarProperties
-        With `mass_kg`, `inertia_kg_m2` about the centre, and `half_length_m`.
+        With `mass_kg`, `inertia_kg_m2` about the centre, `half_length_m`, and `left_m` and `right_m`, the distances of
+        the ends from the centre.
     """
     return [
-        BarProperties(m, J, 0.5 * length)
-        for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
+        BarProperties(m, J, 0.5 * length, left)
+        for m, J, length, left in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, chain.left_m, strict=True)
     ]

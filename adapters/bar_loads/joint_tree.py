@@ -42,6 +42,7 @@ from adapters.engine import (
 from adapters.trajectory import Observable, Trajectory
 from reference_impl.integrate.stepper import TIME_EVENT_TOLERANCE, smooth_segments
 from reference_impl.model.effect import EDGE_ON
+from scenarios.effect_types import COM_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -65,18 +66,18 @@ def tree_positions(q: Sequence[float], bars: Sequence[BarProperties]) -> Iterato
     """Each bar's position in the frame from joint coordinates (N + 2), in plain floats."""
     x, y = q[:2]
     for angle, bar in zip(accumulate(q[2:]), bars, strict=True):
-        reach_x, reach_y = bar.half_length_m * cos(angle), bar.half_length_m * sin(angle)
-        yield x + reach_x, y + reach_y, angle
-        x, y = x + 2.0 * reach_x, y + 2.0 * reach_y
+        c, s, length = cos(angle), sin(angle), 2.0 * bar.half_length_m
+        yield x + bar.left_m * c, y + bar.left_m * s, angle
+        x, y = x + length * c, y + length * s
 
 
 def tree_rates(q: Sequence[float], q_t: Sequence[float], bars: Sequence[BarProperties]) -> Iterator[BarRate]:
     """Each bar's rates in the frame from joint coordinates and their rates, each (N + 2), in plain floats."""
     vx, vy = q_t[:2]
     for angle, rate, bar in zip(accumulate(q[2:]), accumulate(q_t[2:]), bars, strict=True):
-        reach_x, reach_y = -bar.half_length_m * rate * sin(angle), bar.half_length_m * rate * cos(angle)
-        yield vx + reach_x, vy + reach_y, rate
-        vx, vy = vx + 2.0 * reach_x, vy + 2.0 * reach_y
+        c, s, left, length = cos(angle), sin(angle), bar.left_m * rate, 2.0 * bar.half_length_m * rate
+        yield vx - left * s, vy + left * c, rate
+        vx, vy = vx - length * s, vy + length * c
 
 
 class JointTree(ABC):
@@ -85,7 +86,8 @@ class JointTree(ABC):
     def __init__(self, scene: Scene, loads: Loads | None = None) -> None:
         """Prepare the loads; `loads` of another frame put the joint coordinates into that frame."""
         self.width = scene.bars + 2
-        self.length_m, self.radius_m = np.array(scene.chain.length_m), scene.central_body.radius_m
+        self.length_m, self.left_m = np.array(scene.chain.length_m), np.array(scene.chain.left_m)
+        self.radius_m = scene.central_body.radius_m
         self.loads = ChainLoads(scene, loads or MovingLoads(scene, surface=False), falling=True)
         self.fall_rate = fall_rate(scene)
         self.bars = bars_of(scene.chain)
@@ -166,7 +168,8 @@ class JointTree(ABC):
     def height(self, state: Array) -> float:
         """Least distance of any point of any bar from the surface, m."""
         q = state[None, 4 : 4 + self.width]
-        return least_height_m(self.radius_m, self.length_m, state[:2] + positions(self.length_m, q)[0], angles(q)[0])
+        place = state[:2] + positions(self.length_m, q, self.left_m)[0]
+        return least_height_m(self.radius_m, self.length_m, place, angles(q)[0], self.left_m)
 
 
 class HeldFaces:
@@ -259,7 +262,7 @@ class JointTreeEngine(Engine):
     sweep = AccuracySweep(
         AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10
     )
-    effects = SUPPORTED
+    effects = SUPPORTED | {COM_SHARE}
     observables: ClassVar[frozenset[Observable]] = frozenset(
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
     )
@@ -275,7 +278,7 @@ class JointTreeEngine(Engine):
         start, self.times_s = initial_state(scene), scene.times_s
         self.mass_kg = np.array(scene.chain.mass_kg)
         self.chain = self.tree(scene)
-        q, q_t = to_joint_coordinates(self.chain.length_m, start)
+        q, q_t = to_joint_coordinates(self.chain.length_m, start, self.chain.left_m)
         self.jumps, self.breaks_s = Jumps(scene, self.chain), scene.effects.breaks_s
         self.struck = bool(scene.effects.impulse)
         y0 = self.jumps.begin(np.concatenate([start.com_m, start.com_velocity_m_s, q, q_t]))
@@ -300,7 +303,8 @@ class JointTreeEngine(Engine):
         for t_s, state in zip(self.walk.t_s, y, strict=True):
             self.chain.inside_s = self.jumps.before(t_s)
             reactions.append(self.chain.reactions(state, t_s))
-        bars = from_joint_coordinates(self.chain.length_m, y[:, 4 : 4 + width], y[:, 4 + width :])
+        chain = self.chain
+        bars = from_joint_coordinates(chain.length_m, y[:, 4 : 4 + width], y[:, 4 + width :], chain.left_m)
         return Trajectory(
             self.walk.t_s,
             *bars.track(self.mass_kg, y[:, :2], y[:, 2:4]),

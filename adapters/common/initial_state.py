@@ -151,6 +151,7 @@ def chain_model(scene: Scene) -> ChainModel:
         gravity=POINT_PART[scene.effects.gravity],
         body_radius_m=scene.central_body.radius_m,
         prescriptions=tuple(prescription(p) for p in scene.effects.prescribed_rotation),
+        com_share=np.array(scene.chain.com_share) if scene.chain.com_share else None,
     )
     if not scene.effects.beyond_basic:
         return model

@@ -44,7 +44,7 @@ class BarsInFrame:
         return origin_m + weighted_mean(mass_kg, self.position_m), drift_m_s + weighted_mean(mass_kg, self.velocity_m_s)
 
 
-def to_joint_coordinates(length_m: Array, start: InitialState) -> tuple[Array, Array]:
+def to_joint_coordinates(length_m: Array, start: InitialState, left_m: Array | None = None) -> tuple[Array, Array]:
     """Joint coordinates of a state and their rates.
 
     Parameters
@@ -52,6 +52,8 @@ def to_joint_coordinates(length_m: Array, start: InitialState) -> tuple[Array, A
     length_m : ndarray, shape (N,)
     start : InitialState
         With closed joints; positions and velocities of the bars in the frame, whose origin is the centre of mass.
+    left_m : ndarray, shape (N,), optional
+        Distances of the bars' left ends from their centres of mass; half of the lengths by default.
 
     Returns
     -------
@@ -59,16 +61,16 @@ def to_joint_coordinates(length_m: Array, start: InitialState) -> tuple[Array, A
         m and rad; m/s and rad/s.
     """
     (along, *_), (across, *_) = directions(start.angle_rad)
-    half = 0.5 * length_m[0]
-    left = start.position_m[0] - half * along
-    motion = start.velocity_m_s[0] - half * start.rate_rad_s[0] * across
+    lever = 0.5 * length_m[0] if left_m is None else left_m[0]
+    left = start.position_m[0] - lever * along
+    motion = start.velocity_m_s[0] - lever * start.rate_rad_s[0] * across
     return (
         np.concatenate([left, start.angle_rad[:1], np.diff(start.angle_rad)]),
         np.concatenate([motion, start.rate_rad_s[:1], np.diff(start.rate_rad_s)]),
     )
 
 
-def from_joint_coordinates(length_m: Array, q: Array, q_t: Array) -> BarsInFrame:
+def from_joint_coordinates(length_m: Array, q: Array, q_t: Array, left_m: Array | None = None) -> BarsInFrame:
     """Bars in the frame from joint coordinates and their rates.
 
     Parameters
@@ -76,14 +78,18 @@ def from_joint_coordinates(length_m: Array, q: Array, q_t: Array) -> BarsInFrame
     length_m : ndarray, shape (N,)
     q, q_t : ndarray, shape (n, N + 2)
         Rows as :func:`to_joint_coordinates` gives them.
+    left_m : ndarray, shape (N,), optional
+        As there.
 
     Returns
     -------
     BarsInFrame
     """
-    angle_rad, rate_rad_s, half = angles(q), angles(q_t), 0.5 * length_m[:, None]
+    angle_rad, rate_rad_s = angles(q), angles(q_t)
     along, across = directions(angle_rad)
-    position, velocity = bar_centres(q, half * along), bar_centres(q_t, half * rate_rad_s[..., None] * across)
+    position = bar_centres(q, length_m, along, left_m)
+    turned = None if left_m is None else left_m * rate_rad_s
+    velocity = bar_centres(q_t, length_m * rate_rad_s, across, turned)
     return BarsInFrame(position, velocity, angle_rad, rate_rad_s)
 
 
@@ -102,13 +108,13 @@ def angles(q: Array) -> Array:
     return np.cumsum(q[:, 2:], axis=1)
 
 
-def positions(length_m: Array, q: Array) -> Array:
+def positions(length_m: Array, q: Array, left_m: Array | None = None) -> Array:
     """Bars' centres in the frame, (n, N, 2), from coordinates (n, N + 2)."""
     along, _ = directions(angles(q))
-    return bar_centres(q, 0.5 * length_m[:, None] * along)
+    return bar_centres(q, length_m, along, left_m)
 
 
-def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> Array:
+def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array, left_m: Array | None = None) -> Array:
     """Accelerations of the bars' centres in the frame, (n, N, 2), m/s².
 
     They are linear in `q_tt`. With unit vectors as rows of `q_tt` and zeros as `q_t` the rows of the result are the
@@ -119,6 +125,8 @@ def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> Array:
     length_m : ndarray, shape (N,)
     q, q_t, q_tt : ndarray, shape (n, N + 2)
         Coordinates, their rates and their second derivatives.
+    left_m : ndarray, shape (N,), optional
+        As in :func:`to_joint_coordinates`.
 
     Returns
     -------
@@ -126,12 +134,13 @@ def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> Array:
     """
     along, across = directions(angles(q))
     turning = angles(q_tt)[..., None] * across - (angles(q_t) ** 2)[..., None] * along
-    return bar_centres(q_tt, 0.5 * length_m[:, None] * turning)
+    return bar_centres(q_tt, length_m, turning, left_m)
 
 
-def bar_centres(base: Array, reach: Array) -> Array:
-    """Centres (n, N, 2) of bars with vectors `reach` from centre to right end; the first bar starts at `base`."""
-    total: Array = base[:, None, :2] + 2.0 * np.cumsum(reach, axis=1) - reach
+def bar_centres(base: Array, length_m: Array, along: Array, left_m: Array | None) -> Array:
+    """Centres (n, N, 2) of bars along `along` (n, N, 2), or derivatives of both; the first bar starts at `base`."""
+    right_m = 0.5 * length_m if left_m is None else length_m - left_m
+    total: Array = base[:, None, :2] + np.cumsum(length_m[..., None] * along, axis=1) - right_m[..., None] * along
     return total
 
 

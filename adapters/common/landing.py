@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
 
 
-def least_height_m(radius_m: float, length_m: Array, centre_m: Array, angle_rad: Array) -> float:
+def least_height_m(
+    radius_m: float, length_m: Array, centre_m: Array, angle_rad: Array, left_m: Array | None = None
+) -> float:
     """Least distance of any point of any bar from the surface; negative below it.
 
     Parameters
@@ -23,14 +25,18 @@ def least_height_m(radius_m: float, length_m: Array, centre_m: Array, angle_rad:
     centre_m : ndarray, shape (N, 2)
         Bars' centres from the centre of the central body.
     angle_rad : ndarray, shape (N,)
+    left_m : ndarray, shape (N,), optional
+        Distances of the bars' left ends from their centres of mass; half of the lengths by default.
 
     Returns
     -------
     float
         In metres.
     """
-    half, (along, _) = 0.5 * length_m, directions(angle_rad)
-    foot = np.clip(-np.sum(centre_m * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
+    left, (along, _) = 0.5 * length_m if left_m is None else left_m, directions(angle_rad)
+    foot = np.clip(
+        -np.sum(centre_m * along, axis=-1), -left, length_m - left
+    )  # nearest point of the bar, from its centre
     return float(np.linalg.norm(centre_m + foot[:, None] * along, axis=-1).min() - radius_m)
 
 

@@ -16,13 +16,14 @@ from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.model.chain import BarImpulse
-from scenarios import Axes, Gravity
+from scenarios import Axes, End, Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from reference_impl.model.effect import ChainEffect
-    from scenarios import Scene
+    from scenarios import Impulse, Scene, Thrust
+    from scenarios.scene import Chain
 
 
 def effects_of(scene: Scene) -> tuple[ChainEffect, ...]:
@@ -72,12 +73,19 @@ def found_effects(scene: Scene) -> Iterator[ChainEffect]:
         yield JointTorqueEffect(np.array(motor.times_s), np.array(motor.torque_N_m), motor.joint - 1)
     for t in e.thrust:
         inertial = t.axes is Axes.INERTIAL
-        yield ThrustEffect(np.array(t.times_s), np.array(t.force_N), t.bar - 1, t.end.sign, inertial, t.direction_rad)
+        side = side_of(scene.chain, t)
+        yield ThrustEffect(np.array(t.times_s), np.array(t.force_N), t.bar - 1, side, inertial, t.direction_rad)
 
 
 def impulses_of(scene: Scene) -> tuple[BarImpulse, ...]:
     """Impulses."""
     return tuple(
-        BarImpulse(p.bar - 1, p.end.sign, p.axes is Axes.INERTIAL, p.direction_rad, p.impulse_N_s, p.at_s)
+        BarImpulse(p.bar - 1, side_of(scene.chain, p), p.axes is Axes.INERTIAL, p.direction_rad, p.impulse_N_s, p.at_s)
         for p in scene.effects.impulse
     )
+
+
+def side_of(chain: Chain, push: Thrust | Impulse) -> float:
+    """Place of a bar's end along the bar from its centre of mass, over half of its length."""
+    share = chain.com_share[push.bar - 1] if chain.com_share else 0.5
+    return 2.0 * (1.0 - share) if push.end is End.RIGHT else -2.0 * share

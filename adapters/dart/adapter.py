@@ -25,7 +25,7 @@ def skeleton_of(bars: Sequence[BarProperties]) -> tuple[Any, list[Any]]:
     skeleton, right = dart.dynamics.Skeleton("chain"), dart.math.Isometry3()
     bodies: list[Any] = []
     skeleton.setGravity(np.zeros(3))
-    for mass, inertia, half in bars:
+    for mass, inertia, half, left in bars:
         if bodies:
             joint, body = skeleton.createRevoluteJointAndBodyNodePair(bodies[-1])
             joint.setAxis([0.0, 0.0, 1.0])
@@ -33,7 +33,7 @@ def skeleton_of(bars: Sequence[BarProperties]) -> tuple[Any, list[Any]]:
         else:
             _, body = skeleton.createPlanarJointAndBodyNodePair()
         # the same inertia about all axes: DART warns of a thin rod's 0, and plane motion depends on one only
-        body.setInertia(dart.dynamics.Inertia(mass, np.array([half, 0.0, 0.0]), inertia * np.eye(3)))
+        body.setInertia(dart.dynamics.Inertia(mass, np.array([left, 0.0, 0.0]), inertia * np.eye(3)))
         right.set_translation([2.0 * half, 0.0, 0.0])
         bodies.append(body)
     return skeleton, bodies
@@ -46,7 +46,7 @@ class DartChain(JointTree):
         """Make the skeleton; `loads` of another frame put the joint coordinates into that frame."""
         super().__init__(scene, loads)
         self.skeleton, self.bodies = skeleton_of(self.bars)
-        self.centres = [np.array([bar.half_length_m, 0.0, 0.0]) for bar in self.bars]
+        self.centres = [np.array([bar.left_m, 0.0, 0.0]) for bar in self.bars]
         self.force, self.torque = np.zeros(3), np.zeros(3)
 
     def put(self, angle: Sequence[float], loads: Sequence[Load]) -> None:

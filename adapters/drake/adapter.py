@@ -29,9 +29,9 @@ def plant_of(bars: Sequence[BarProperties]) -> Any:
     from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint, RevoluteJoint, RotationalInertia, SpatialInertia
 
     plant, before = MultibodyPlant(time_step=0.0), None
-    for j, (mass, J, half) in enumerate(bars):
+    for j, (mass, J, half, left) in enumerate(bars):
         # the same inertia about all three axes: plane motion depends on the one about z alone
-        inertia = SpatialInertia.MakeFromCentralInertia(mass, [half, 0.0, 0.0], RotationalInertia(J, J, J))
+        inertia = SpatialInertia.MakeFromCentralInertia(mass, [left, 0.0, 0.0], RotationalInertia(J, J, J))
         frame = plant.AddRigidBody(f"bar{j + 1}", inertia).body_frame()
         if before is None:
             joint: Any = PlanarJoint("end", plant.world_frame(), frame, [0.0, 0.0, 0.0])
@@ -58,7 +58,7 @@ class DrakeChain(JointTree):
         self.applied = [ExternallyAppliedSpatialForce() for _ in self.bars]
         for j, (force, bar) in enumerate(zip(self.applied, self.bars, strict=True)):
             force.body_index = self.plant.GetBodyByName(f"bar{j + 1}").index()
-            force.p_BoBq_B = [bar.half_length_m, 0.0, 0.0]
+            force.p_BoBq_B = [bar.left_m, 0.0, 0.0]
         self.forces_port = self.plant.get_applied_spatial_force_input_port()
         self.accelerations_port = self.plant.get_generalized_acceleration_output_port()
         self.joint_forces_port = self.plant.get_reaction_forces_output_port()

@@ -38,6 +38,7 @@ from adapters.exudyn.solver import (
     steps_of,
 )
 from adapters.trajectory import Observable, Trajectory
+from scenarios.effect_types import COM_SHARE
 
 if TYPE_CHECKING:
     from adapters.exudyn.model import Model
@@ -49,7 +50,7 @@ OBSERVED = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Obse
 START_TOLERANCE = 1e-12  # rad, and relative to the largest coordinate, between the first sample and the initial state
 SUPPORTED = frozenset({
     *GRAVITY_MODELS, "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "joint_torque",
-    "thrust.body", "thrust.inertial",
+    "thrust.body", "thrust.inertial", COM_SHARE,
 })  # fmt: skip
 UNSUPPORTED = {
     "solar_pressure.shadow": NO_SHADOW,

@@ -16,7 +16,7 @@ import numpy as np
 
 from adapters.common.step_alignment import half_interval_s
 from adapters.exudyn.frames import Number, directions_of
-from scenarios import Axes
+from scenarios import Axes, End
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -257,7 +257,8 @@ class ExudynThrust(ExudynLoad):
         """Load of one thrust."""
         super().__init__(scene, frame)
         self.thrust = thrust
-        self.arm = thrust.end.sign * 0.5 * scene.chain.length_m[thrust.bar - 1]
+        bar, right = thrust.bar - 1, thrust.end is End.RIGHT
+        self.arm = scene.chain.right_m[bar] if right else -scene.chain.left_m[bar]
         self.in_body = thrust.axes is Axes.BODY
         self.time_input_count = 1 if self.in_body else 2
 
@@ -273,7 +274,7 @@ class ExudynThrust(ExudynLoad):
         return size * directions_of(self.frame, at_s, np.full_like(at_s, self.thrust.direction_rad))
 
     def load(self, bar: int, view: BarMotion, inputs: Sequence[Number], xp: Any) -> BarForce:
-        """Force F and torque ±h (u × F)."""
+        """Force F and torque of its arm, h (u × F)."""
         del bar, xp
         if not self.in_body:
             x, y = inputs

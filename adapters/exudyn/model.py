@@ -220,9 +220,9 @@ class RedundantModel(Model):
         return node
 
     def _add_joint(self, j: int) -> Any:
-        half = [0.5 * length for length in self.scene.chain.length_m]
-        right = items().MarkerBodyPosition(bodyNumber=self.bodies[j], localPosition=[half[j], 0.0, 0.0])
-        left = items().MarkerBodyPosition(bodyNumber=self.bodies[j + 1], localPosition=[-half[j + 1], 0.0, 0.0])
+        right_m, left_m = self.scene.chain.right_m[j], self.scene.chain.left_m[j + 1]
+        right = items().MarkerBodyPosition(bodyNumber=self.bodies[j], localPosition=[right_m, 0.0, 0.0])
+        left = items().MarkerBodyPosition(bodyNumber=self.bodies[j + 1], localPosition=[-left_m, 0.0, 0.0])
         ends = [self.mbs.AddMarker(right), self.mbs.AddMarker(left)]
         return self.mbs.AddObject(items().ObjectJointRevolute2D(markerNumbers=ends))
 
@@ -256,7 +256,7 @@ class TreeModel(Model):
     def add_chain(self) -> None:
         """Add the tree, the loads on its links and the sensors."""
         n, chain = self.scene.bars, self.scene.chain
-        q, q_t = to_joint_coordinates(np.array(chain.length_m), self.start)
+        q, q_t = to_joint_coordinates(np.array(chain.length_m), self.start, np.array(chain.left_m))
         self.node = self.mbs.AddNode(
             items().NodeGenericODE2(
                 referenceCoordinates=[0.0] * (n + 2),
@@ -276,14 +276,14 @@ class TreeModel(Model):
                 jointTransformations=exu().Matrix3DList([np.eye(3)] * (n + 2)),
                 jointOffsets=exu().Vector3DList(offsets),
                 linkInertiasCOM=exu().Matrix3DList([zero, zero] + [np.diag([j, j, j]) for j in chain.inertia_kg_m2]),
-                linkCOMs=exu().Vector3DList([[0.0] * 3] * 2 + [[0.5 * length, 0.0, 0.0] for length in chain.length_m]),
+                linkCOMs=exu().Vector3DList([[0.0] * 3] * 2 + [[left, 0.0, 0.0] for left in chain.left_m]),
                 linkMasses=[0.0, 0.0, *chain.mass_kg],
             )
         )
         ground = self.add_ground()
-        for j, length in enumerate(chain.length_m):
+        for j, left in enumerate(chain.left_m):
             marker = items().MarkerKinematicTreeRigid(
-                objectNumber=tree, linkNumber=j + 2, localPosition=[0.5 * length, 0.0, 0.0]
+                objectNumber=tree, linkNumber=j + 2, localPosition=[left, 0.0, 0.0]
             )
             self.add_load(j, ground, self.mbs.AddMarker(marker))
         self._add_springs()
@@ -311,11 +311,11 @@ class FrozenOrbitTreeModel(TreeModel):
 def tree_readings(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[SensorReadings, Array]:
     """Readings of a tree's sensors, and the remaining reaction at the free end, (n,) N: round-off."""
     chain = model.scene.chain
-    length, none = np.array(chain.length_m), np.empty((len(q), 0))
-    bars = from_joint_coordinates(length, q, q_t)
+    length, left, none = np.array(chain.length_m), np.array(chain.left_m), np.empty((len(q), 0))
+    bars = from_joint_coordinates(length, q, q_t, left)
     parts = bars.position_m, bars.velocity_m_s, bars.angle_rad, bars.rate_rad_s
     readings = SensorReadings(*parts, none[..., None], none)
-    lacking = np.array(chain.mass_kg)[:, None] * accelerations(length, q, q_t, q_tt) - forces(model, readings)
+    lacking = np.array(chain.mass_kg)[:, None] * accelerations(length, q, q_t, q_tt, left) - forces(model, readings)
     reaction = np.cumsum(lacking, axis=1)
     return dataclasses.replace(readings, reaction_N=reaction[:, :-1]), np.linalg.norm(reaction[:, -1], axis=-1)
 

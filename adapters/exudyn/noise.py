@@ -207,7 +207,8 @@ def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array
 def pushed_rate_rad_s(scene: Scene) -> float:
     """Rate at which the strongest thrust, normal to its bar, or torque of a joint's motor turns a bar by a radian."""
     chain, effects = scene.chain, scene.effects
-    torques = [(p.bar - 1, 0.5 * chain.length_m[p.bar - 1] * max(map(abs, p.force_N))) for p in effects.thrust]
+    levers = [max(pair) for pair in zip(chain.left_m, chain.right_m, strict=True)]
+    torques = [(p.bar - 1, levers[p.bar - 1] * max(map(abs, p.force_N))) for p in effects.thrust]
     torques += [(p.joint - 1 + k, max(map(abs, p.torque_N_m))) for p in effects.joint_torque for k in (0, 1)]
     return max(math.sqrt(torque / chain.inertia_kg_m2[bar]) for bar, torque in torques)
 
@@ -230,10 +231,8 @@ def tree_noise(scene: Scene) -> float:
     """
     chain, rate = scene.chain, scene.fastest_rate_rad_s
     force = turning_mass(scene, scene.size_m) * rate**2
-    ends = np.cumsum(chain.length_m)
-    inertia = float(
-        np.sum(np.array(chain.mass_kg) * (ends - 0.5 * np.array(chain.length_m)) ** 2 + chain.inertia_kg_m2)
-    )
+    centres = np.cumsum(chain.length_m) - np.array(chain.right_m)
+    inertia = float(np.sum(np.array(chain.mass_kg) * centres**2 + chain.inertia_kg_m2))
     acceleration = scene.size_m * rate**2 + DISPLACED_ACCELERATION * departure(scene).acceleration_m_s2
     residual = float(np.finfo(float).eps) * ELIMINATION * inertia * acceleration
     return residual + float(np.finfo(float).eps) * TREE_ROUNDINGS * scene.bars**3 * force

@@ -56,23 +56,20 @@ def landing(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> int | No
 
 def least_distance(scene: Scene, axes: FrameAxes, readings: SensorReadings) -> Array:
     """Distance of the nearest point of any bar from the centre of the body, (n,), m."""
-    half = 0.5 * np.array(scene.chain.length_m)
     position = axes.origin_m[:, None] + axes.to_inertial(readings.position_m)
     angle = readings.angle_rad + axes.turn_rad[:, None]
     along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    foot = np.clip(-np.sum(position * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
+    # nearest point of the bar, from its centre
+    foot = np.clip(-np.sum(position * along, axis=-1), -np.array(scene.chain.left_m), np.array(scene.chain.right_m))
     distance: Array = np.linalg.norm(position + foot[..., None] * along, axis=-1).min(axis=-1)
     return distance
 
 
 def gaps(scene: Scene, readings: SensorReadings) -> Array:
     """Distance between the two bar ends at each joint, (n, N-1), m, in Exudyn's own coordinates."""
-    reach = (
-        0.5
-        * np.array(scene.chain.length_m)[:, None]
-        * np.stack([np.cos(readings.angle_rad), np.sin(readings.angle_rad)], axis=-1)
-    )
-    between = np.diff(readings.position_m, axis=1) - reach[:, 1:] - reach[:, :-1]
+    along = np.stack([np.cos(readings.angle_rad), np.sin(readings.angle_rad)], axis=-1)
+    left, right = (np.array(lever_m)[:, None] * along for lever_m in (scene.chain.left_m, scene.chain.right_m))
+    between = np.diff(readings.position_m, axis=1) - left[:, 1:] - right[:, :-1]
     distance: Array = np.linalg.norm(between, axis=-1)
     return distance
 

@@ -21,6 +21,7 @@ from adapters.heyoka import CLOSE_START, CLOSE_START_RAD
 from adapters.heyoka.compiled import DOUBLE, LONG, QUAD, Precision
 from adapters.heyoka.run import HeyokaRun
 from adapters.trajectory import Observable, Trajectory
+from scenarios.effect_types import COM_SHARE
 
 if TYPE_CHECKING:
     from scenarios import Scene
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 EVERYTHING = frozenset({
     *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "drag", "solar_pressure",
     "solar_pressure.shadow", "joint_spring_damper", "joint_torque", "thrust.body", "thrust.inertial", "impulse",
+    COM_SHARE,
 })  # fmt: skip
 
 

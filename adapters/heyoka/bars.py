@@ -55,14 +55,20 @@ class SymbolicBar:
     inertia: Symbol
     """About its centre"""
     end_inertia: Symbol
-    """About an end"""
+    """About its left end"""
     half: Symbol
     slender: Symbol
     """3 J/(l/2)²"""
     along: Pair
     """u"""
     reach: Pair
-    """p = (l/2) u, from its centre to its right end"""
+    """p = (l/2) u"""
+    left: Pair
+    """a u, from its left end to its centre of mass; p itself where levers are equal"""
+    right: Pair
+    """b u, from there to its right end"""
+    lean: Symbol
+    """m a over l/2"""
     rate: Symbol
     offset: Pair
     """d, of its centre from the chain's"""
@@ -81,10 +87,15 @@ class SymbolicBar:
         return -self.reach[1], self.reach[0]
 
     @property
-    def inward(self) -> Pair:
-        """w² p."""
-        square = self.rate * self.rate
-        return square * self.reach[0], square * self.reach[1]
+    def excess(self) -> Pair | None:
+        """(b - a) n; None where levers are equal."""
+        if self.left is self.reach:
+            return None
+        return self.left[1] - self.right[1], self.right[0] - self.left[0]
+
+    def arm(self, side: float) -> Pair:
+        """Vector from its centre of mass to its right end (side 1) or to its left one (-1)."""
+        return self.right if side > 0.0 else (-self.left[0], -self.left[1])
 
     def pushed(self, force: Pair, torque: Symbol = 0.0) -> Load:
         """Load of a force at its centre."""

@@ -18,6 +18,9 @@ function, and Euler's law gives tau. In both cases P is affine in a, and is the 
 starts as a point mass's and stays symmetric positive definite without motors: it is the articulated inertia of the
 chain at its left end.
 
+With unequal levers a u and b u the centre is a u from the left end, and -n·(b F + a P) takes the place of the last
+term. The end e stays l u from the left one.
+
 *Forward pass, from the first bar to the last.* No force acts on the first left end: P = 0 gives its a, and the affine
 functions then give w' and the next bar's a, one after the other. Reactions are Newton's law summed from the
 far end, R_j = -sum_{k>j} m_k (c_k - t_k).
@@ -64,15 +67,23 @@ def affine(**parts: Symbol) -> Any:
     return row
 
 
-def acceleration(bar: SymbolicBar, halves: float) -> tuple[Any, Any]:
-    """Acceleration of the point `halves` half lengths from a bar's left end: affine functions of a and w'."""
-    (nx, ny), (cx, cy) = bar.across, bar.inward
-    return affine(x=1.0, turn=halves * nx, one=-halves * cx), affine(y=1.0, turn=halves * ny, one=-halves * cy)
+def acceleration(bar: SymbolicBar, place: Pair, times: float = 1.0) -> tuple[Any, Any]:
+    """Acceleration of the point `times` the vector `place` from a bar's left end: affine functions of a and w'."""
+    (px, py), square = place, bar.rate * bar.rate
+    return (
+        affine(x=1.0, turn=times * -py, one=-times * (square * px)),
+        affine(y=1.0, turn=times * px, one=-times * (square * py)),
+    )
+
+
+def end_acceleration(bar: SymbolicBar) -> tuple[Any, Any]:
+    """Acceleration of its right end, affine."""
+    return acceleration(bar, bar.reach, 2.0)
 
 
 def specific_force(bar: SymbolicBar) -> tuple[Any, Any]:
     """Force of a bar's joints on its centre over its mass, c - t, affine."""
-    x, y = acceleration(bar, 1.0)
+    x, y = acceleration(bar, bar.left)
     return x - affine(one=bar.load.push[0]), y - affine(one=bar.load.push[1])
 
 
@@ -122,11 +133,13 @@ def backward_step(
     pushed : bool
         Whether the opposite of the torque of joint 1's motor acts on it.
     """
-    end, (nx, ny) = acceleration(bar, 2.0), bar.across
+    end, (nx, ny) = end_acceleration(bar), (-bar.left[1], bar.left[0])
     force = tuple(after(f, end) for f in beyond.left_force) if beyond else (affine(), affine())
     pull = specific_force(bar)
     left_force = tuple(f + p * bar.mass for f, p in zip(force, pull, strict=True))
     lever = (force[0] + left_force[0]) * nx + (force[1] + left_force[1]) * ny
+    if bar.excess:
+        lever = lever + force[0] * bar.excess[0] + force[1] * bar.excess[1]
     others = lever - affine(one=bar.load.torque) + (affine(motor=1.0) if pushed else affine())
     if beyond is not None:
         others = others + after(beyond.torque_on_left, end)
@@ -150,17 +163,19 @@ def backward_step_free(bar: SymbolicBar, beyond: ArticulatedBar | None) -> Artic
     """:func:`backward_step` of a free bar where A = S is symmetric, at half the operations.
 
     With n standing for (l/2) n, v = 2 S n + m n and D = J + m l²/4 + 4 n·S n, Euler's law reads D w' + v·a + e = 0. The
-    same v multiplies w' in P = (S + m) a + v w' + c, and so A = S + m - v vᵀ/D.
+    same v multiplies w' in P = (S + m) a + v w' + c, and so A = S + m - v vᵀ/D. With unequal levers m a over l/2 takes
+    the place of m before n, and m a² that of m l²/4.
     """
-    (px, py), (nx, ny), (cx, cy), (tx, ty), mass = bar.reach, bar.across, bar.inward, bar.load.push, bar.mass
+    (px, py), (nx, ny), (tx, ty), mass, lean = bar.reach, bar.across, bar.load.push, bar.mass, bar.lean
     (xx, xy, yy), (bx, by) = symmetric_part(beyond)
     sn = (2.0 * (xy * px - xx * py), 2.0 * (yy * px - xy * py))
     square = bar.rate * bar.rate
+    cx, cy = square * bar.left[0], square * bar.left[1]
     far = (bx - square * (2.0 * (xx * px + xy * py)), by - square * (2.0 * (xy * px + yy * py)))
-    v = (sn[0] + mass * nx, sn[1] + mass * ny)
+    v = (sn[0] + lean * nx, sn[1] + lean * ny)
     stiff = bar.end_inertia + 2.0 * (nx * sn[0] + ny * sn[1])
     g = (v[0] / stiff, v[1] / stiff)
-    e = nx * (2.0 * far[0] - mass * tx) + ny * (2.0 * far[1] - mass * ty) - bar.load.torque
+    e = nx * (2.0 * far[0] - lean * tx) + ny * (2.0 * far[1] - lean * ty) - bar.load.torque
     c = (far[0] - mass * (cx + tx), far[1] - mass * (cy + ty))
     across = xy - v[0] * g[1]
     left_force = (
@@ -281,7 +296,7 @@ def forward_pass(
         turns.append(turn)
         if seen.torque is not None:
             torques[j] = evaluated(seen.torque, a, motor, previous)
-        pull, end = specific_force(bar), acceleration(bar, 2.0)
+        pull, end = specific_force(bar), end_acceleration(bar)
         pulls.append(tuple(bar.mass * (evaluated(p, a, 0.0) + p[TURN] * turn) for p in pull))
         a = (evaluated(end[0], a, 0.0) + end[0][TURN] * turn, evaluated(end[1], a, 0.0) + end[1][TURN] * turn)
     reaction: list[Pair] = []

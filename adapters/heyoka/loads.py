@@ -115,7 +115,7 @@ def thrust_load(shape: EndForceShape, parameter: Parameter, k: int, bar: Symboli
     """Load of thrust k, its force linear in time."""
     size = size_in_time(parameter, f"thrust_{k}", sloped=shape.sloped)
     force = end_force(shape, parameter(f"thrust_{k}_direction"), size, angle)
-    return bar.pushed(force, shape.side * cross(bar.reach, force))
+    return bar.pushed(force, cross(bar.arm(shape.side), force))
 
 
 def size_in_time(parameter: Parameter, name: str, *, sloped: bool = True) -> Symbol:

@@ -35,13 +35,16 @@ if TYPE_CHECKING:
         Thrust,
         Turn,
     )
+    from scenarios.scene import Chain
 
     Named = Iterator[tuple[str, Any]]
     Number = Callable[[Any], Any]
 
 PI = "3.14159265358979323846264338327950288419716939937510582097494459"
 BAR = ("mass", "share", "half", "inertia", "end_inertia", "slender")
-"""Parameters of a bar: m, m/M, l/2, J about its centre and about an end, and 3 J/(l/2)², a slender bar's mass"""
+"""Parameters of a bar: m, m/M, l/2, J about its centre and about its left end, and 3 J/(l/2)², a slender bar's mass"""
+LEVERS = ("left", "right", "lean")
+"""Further ones where levers are unequal: a and b, the ends' distances from the centre of mass, and m a over l/2"""
 LAW = ("rate", "start", "amplitude")
 SPLINE = ("rate", "start", "constant", "linear", "square", "cube")
 """Parameters of a piece of a spline: acceleration by powers of the share of its duration"""
@@ -110,6 +113,8 @@ class Structure:
     bars: int
     gravity: str
     laws: tuple[LawShape, ...] = ()
+    levers: bool = False
+    """Whether any bar's ends are at unequal distances from its centre of mass"""
     lands: bool = False
     """Whether events watch the surface"""
     oblate: bool = False
@@ -140,6 +145,7 @@ class Structure:
         """Index of each parameter by its name, in order."""
         bars = range(self.bars)
         names = ["mu", "surface", *(f"{x}_{j}" for x in BAR for j in bars)]
+        names += [f"{x}_{j}" for x in LEVERS for j in bars if self.levers]
         for k, law in enumerate(self.laws):
             names += [f"law_{k}_{c}_{x}" for c in sorted(law.courses) for x in law_parts(c)]
         names += ["oblateness"] if self.oblate else []
@@ -176,6 +182,7 @@ def structure_of(scene: Scene) -> Structure:
             LawShape(p.bar - 1, str(p.frame), p.actuator is Actuator.JOINT, frozenset(str(t.course) for t in p.turns))
             for p in effects.prescribed_rotation
         ),
+        levers=bool(scene.chain.com_share),
         lands=may_land(scene),
         oblate=effects.oblateness is not None,
         third_bodies=len(effects.third_body),
@@ -261,6 +268,19 @@ def chain_parameters(scene: Scene, units: HeyokaUnits, number: Number) -> dict[s
         "surface": number(scene.central_body.radius_m / length),
     }
     found |= {f"{name}_{j}": v for name, values in zip(BAR, parts, strict=True) for j, v in enumerate(values)}
+    if chain.com_share:
+        found |= lever_parameters(chain, length, number)
+    return found
+
+
+def lever_parameters(chain: Chain, unit_m: float, number: Number) -> dict[str, Any]:
+    """Parameters of bars with unequal levers, and their moments of inertia about their left ends."""
+    found: dict[str, Any] = {}
+    for j, (mass, length, share) in enumerate(zip(chain.mass_kg, chain.length_m, chain.com_share, strict=True)):
+        size, part = number(length / unit_m), number(share)
+        left = part * size
+        found |= {f"left_{j}": left, f"right_{j}": size - left, f"lean_{j}": number(2.0) * part * number(mass)}
+        found[f"end_inertia_{j}"] = number(chain.inertia_kg_m2[j] / unit_m**2) + number(mass) * left * left
     return found
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -89,9 +88,15 @@ def chain(structure: Structure, state: SymbolicState, loads: SymbolicLoads) -> l
     mass, half, *inertias = (structure.of_bars(x) for x in ("mass", "half", "inertia", "end_inertia", "slender"))
     along = [(hy.cos(q), hy.sin(q)) for q in state.angle]
     reach = [(h * c, h * s) for h, (c, s) in zip(half, along, strict=True)]
-    dx, dy = (centre_offsets(structure, [p[k] for p in reach]) for k in (0, 1))
-    wx = centre_offsets(structure, [-w * p[1] for w, p in zip(state.rate, reach, strict=True)])
-    wy = centre_offsets(structure, [w * p[0] for w, p in zip(state.rate, reach, strict=True)])
+    left, right, lean = reach, reach, mass
+    if structure.levers:
+        levers = (structure.of_bars("left"), structure.of_bars("right"))
+        left, right = ([(h * c, h * s) for h, (c, s) in zip(lever, along, strict=True)] for lever in levers)
+        lean = structure.of_bars("lean")
+    dx, dy = (centre_offsets(structure, [p[k] for p in left], [p[k] for p in right]) for k in (0, 1))
+    moving = ([(-w * p[1], w * p[0]) for w, p in zip(state.rate, ends, strict=True)] for ends in (left, right))
+    left_velocity, right_velocity = moving
+    wx, wy = (centre_offsets(structure, [p[k] for p in left_velocity], [p[k] for p in right_velocity]) for k in (0, 1))
     bars = []
     for j in range(n):
         inertia, end_inertia, slender = (values[j] for values in inertias)
@@ -104,6 +109,9 @@ def chain(structure: Structure, state: SymbolicState, loads: SymbolicLoads) -> l
             slender,
             along[j],
             reach[j],
+            left[j],
+            right[j],
+            lean[j],
             state.rate[j],
             offset=(dx[j], dy[j]),
             position=(zx + dx[j], zy + dy[j]),
@@ -113,10 +121,10 @@ def chain(structure: Structure, state: SymbolicState, loads: SymbolicLoads) -> l
     return bars
 
 
-def centre_offsets(structure: Structure, reach: list[Symbol]) -> list[Symbol]:
-    """Components of the bars' centres relative to the centre of mass; `reach` is from a centre to its right end."""
+def centre_offsets(structure: Structure, left: list[Symbol], right: list[Symbol]) -> list[Symbol]:
+    """Components of the bars' centres relative to the centre of mass, from those of their levers."""
     from_first: list[Symbol] = [0.0]
-    for one, other in itertools.pairwise(reach):
+    for one, other in zip(right[:-1], left[1:], strict=True):
         from_first.append(from_first[-1] + (one + other))
     mean = total(structure.of_bars("share"), from_first)
     return [x - mean for x in from_first]
@@ -144,16 +152,24 @@ def law_acceleration(structure: Structure, k: int) -> Symbol:
 def surface(structure: Structure, bars: list[SymbolicBar]) -> tuple[list[Symbol], list[Symbol], list[Symbol]]:
     """Event functions that fall through zero where a bar touches the surface, at an end or between its ends."""
     r2 = structure.parameter("surface") * structure.parameter("surface")
-    (x, y), (px, py) = bars[0].position, bars[0].reach
-    points = [(x - px, y - py)] + [(b.position[0] + b.reach[0], b.position[1] + b.reach[1]) for b in bars]
+    (x, y), (px, py) = bars[0].position, bars[0].left
+    points = [(x - px, y - py)] + [(b.position[0] + b.right[0], b.position[1] + b.right[1]) for b in bars]
     half2 = [half * half for half in structure.of_bars("half")]
     lines = [b.position[0] * b.across[0] + b.position[1] * b.across[1] for b in bars]
     feet = [b.position[0] * b.reach[0] + b.position[1] * b.reach[1] for b in bars]
     return (
         [x * x + y * y - r2 for x, y in points],
         [q * q - h2 * r2 for q, h2 in zip(lines, half2, strict=True)],
-        [q * q - h2 * h2 for q, h2 in zip(feet, half2, strict=True)],
+        [between(structure, q, h2, j) for j, (q, h2) in enumerate(zip(feet, half2, strict=True))],
     )
+
+
+def between(structure: Structure, foot: Symbol, half2: Symbol, j: int) -> Symbol:
+    """Negative where the nearest point of a bar's line is between its ends: `foot` is its place from the centre."""
+    if not structure.levers:
+        return foot * foot - half2 * half2
+    half, left, right = (structure.parameter(f"{x}_{j}") for x in ("half", "left", "right"))
+    return (foot - half * left) * (foot + half * right)
 
 
 def jumps(structure: Structure, whole: System) -> list[Symbol]:
@@ -185,7 +201,7 @@ def impulse(structure: Structure, j: int, bar: SymbolicBar, angle: Symbol) -> tu
             direction, size = (structure.parameter(f"impulse_{k}_{x}") for x in IMPULSE)
             applied_impulse = end_force(shape, direction, size, angle)
             x, y = x + applied_impulse[0], y + applied_impulse[1]
-            moment = moment + shape.side * cross(bar.reach, applied_impulse)
+            moment = moment + cross(bar.arm(shape.side), applied_impulse)
     return (x, y), moment
 
 

@@ -29,6 +29,7 @@ from adapters.engine import (
 )
 from adapters.mujoco.chain import AppliedLoads, apply_impulses, data_at, installed, model_of, reactions
 from adapters.trajectory import Array, Observable, Trajectory
+from scenarios.effect_types import COM_SHARE
 
 if TYPE_CHECKING:
     from scenarios import Scene
@@ -46,7 +47,7 @@ class Mujoco(Engine):
     coordinates = Coordinates.JOINT
     order = 4.0
     sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (50, 100, 200, 500, 1000, 2000, 5000), default=1000)
-    effects = SUPPORTED
+    effects = SUPPORTED | {COM_SHARE}
     observables = frozenset(
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
     )
@@ -75,9 +76,9 @@ class Mujoco(Engine):
         """Make the model; the frame's orbit belongs to the timed run."""
         self.scene, self.start = scene, initial_state(scene)
         self.every, self.dt_s = steps_between_samples(scene, setting.value), step_s(scene, setting.value)
-        self.length_m = np.array(scene.chain.length_m)
+        self.length_m, self.left_m = np.array(scene.chain.length_m), np.array(scene.chain.left_m)
         self.model = model_of(scene.chain, self.dt_s)
-        self.data = data_at(self.model, *to_joint_coordinates(self.length_m, self.start))
+        self.data = data_at(self.model, *to_joint_coordinates(self.length_m, self.start, self.left_m))
         self.seen: list[tuple[Array, Array]] = []
         self.impulses_by_step = {step: found for step, found in events_by_step(scene, self.dt_s).items() if found}
         self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
@@ -132,7 +133,7 @@ class Mujoco(Engine):
         reaction = self.reactions()
         n = len(reaction)
         q, q_t = (np.array(rows)[:n] for rows in zip(*self.seen, strict=True))
-        bars = from_joint_coordinates(self.length_m, q, q_t)
+        bars = from_joint_coordinates(self.length_m, q, q_t, self.left_m)
         origin, drift = (track[:: 2 * self.every][:n] for track in (self.origin_m, self.drift_m_s))
         return Trajectory(
             self.scene.times_s[:n],

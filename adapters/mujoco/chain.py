@@ -40,12 +40,12 @@ def model_of(chain: Chain, dt_s: float) -> Any:
 
     spec = mj.MjSpec()
     body, left_m = spec.worldbody, 0.0
-    for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
+    for j, (mass, inertia, half, centre_m) in enumerate(bars_of(chain)):
         # a thin rod's inertia about all axes: MuJoCo rejects 0 along the rod, and plane motion depends on one only
         body = body.add_body(
             pos=[left_m, 0.0, 0.0],
             mass=mass,
-            ipos=[0.5 * length, 0.0, 0.0],
+            ipos=[centre_m, 0.0, 0.0],
             inertia=[inertia] * 3,
             explicitinertial=True,
         )
@@ -53,7 +53,7 @@ def model_of(chain: Chain, dt_s: float) -> Any:
             body.add_joint(type=mj.mjtJoint.mjJNT_SLIDE, axis=[1.0, 0.0, 0.0])
             body.add_joint(type=mj.mjtJoint.mjJNT_SLIDE, axis=[0.0, 1.0, 0.0])
         body.add_joint(type=mj.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
-        left_m = length
+        left_m = 2.0 * half
     model = spec.compile()
     model.opt.timestep = dt_s
     model.opt.integrator = mj.mjtIntegrator.mjINT_RK4
@@ -126,11 +126,9 @@ class AppliedLoads:
         """Apply gravity at half step `index`, where nothing else acts."""
         pull.move_to(*self.track[index][:2])
         rows = []
-        for (x, y), a, (mass, inertia, half) in zip(
-            self.position.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True
-        ):
-            ax, ay, spin = pull.load(x, y, a, half)
-            rows.append((mass * ax, mass * ay, 0.0, 0.0, 0.0, inertia * spin))
+        for (x, y), a, bar in zip(self.position.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True):
+            ax, ay, spin = pull.load(x, y, a, bar)
+            rows.append((bar.mass_kg * ax, bar.mass_kg * ay, 0.0, 0.0, 0.0, bar.inertia_kg_m2 * spin))
         self.applied[:] = rows
 
     def check_faces(self, frame: FrameState, positions: list[BarPosition], rates: list[BarRate]) -> None:
@@ -148,7 +146,7 @@ def wrenches(bars: Sequence[BarProperties], loads: Sequence[Load]) -> list[tuple
     """Force and torque of each bar's load, in the order of `xfrc_applied`."""
     return [
         (mass * ax, mass * ay, 0.0, 0.0, 0.0, inertia * spin)
-        for (mass, inertia, _), (ax, ay, spin) in zip(bars, loads, strict=True)
+        for (mass, inertia, *_), (ax, ay, spin) in zip(bars, loads, strict=True)
     ]
 
 

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from adapters.bar_loads.interface import bars_of
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import to_joint_coordinates
 
@@ -30,15 +31,15 @@ def model_xml(scene: Scene) -> str:
     ElementTree.SubElement(option_element, "flag", contact="disable", constraint="disable")
     body, left_m = ElementTree.SubElement(root, "worldbody"), 0.0
     chain = scene.chain
-    for j, (mass, length, inertia) in enumerate(zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)):
+    for j, (mass, inertia, half, centre_m) in enumerate(bars_of(chain)):
         body = ElementTree.SubElement(body, "body", name=f"bar_{j + 1}", pos=numbers([left_m, 0.0, 0.0]))
-        about = {"pos": numbers([0.5 * length, 0.0, 0.0]), "diaginertia": numbers([inertia] * 3)}
+        about = {"pos": numbers([centre_m, 0.0, 0.0]), "diaginertia": numbers([inertia] * 3)}
         ElementTree.SubElement(body, "inertial", {"mass": numbers([mass])} | about)
         for axis in ("1 0 0", "0 1 0") if j == 0 else ():
             ElementTree.SubElement(body, "joint", type="slide", axis=axis)
         ElementTree.SubElement(body, "joint", type="hinge", axis="0 0 1")
-        left_m = length
-    q, q_t = to_joint_coordinates(np.array(chain.length_m), initial_state(scene))
+        left_m = 2.0 * half
+    q, q_t = to_joint_coordinates(np.array(chain.length_m), initial_state(scene), np.array(chain.left_m))
     frames = ElementTree.SubElement(root, "keyframe")
     ElementTree.SubElement(frames, "key", name="start", qpos=numbers(q), qvel=numbers(q_t))
     ElementTree.indent(root)

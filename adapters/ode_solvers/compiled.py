@@ -75,8 +75,9 @@ class CompiledFunctions(CFunctions):
         """Take the address of SUNDIALS' function from a vector to its numbers."""
         own, model = self.function, self.function.model
         self.data = layout.CvodeData(
-            data_of, own.chain, own.work, model.half_m, model.weight, float(model.body_radius_m), self.counted
-        )
+            data_of, own.chain, own.work, model.left_m, model.right_m, model.weight, float(model.body_radius_m),
+            self.counted,
+        )  # fmt: skip
         self.user_data = self.data.address
 
     def counts(self) -> tuple[int, int]:

@@ -29,9 +29,9 @@ def model_of(bars: Sequence[BarProperties]) -> Any:
     joint = model.addJoint(0, pin.JointModelPX(), here, "x")
     joint = model.addJoint(joint, pin.JointModelPY(), here, "y")
     position = here
-    for j, (mass, inertia, half) in enumerate(bars):
+    for j, (mass, inertia, half, left) in enumerate(bars):
         joint = model.addJoint(joint, pin.JointModelRZ(), position, f"bar{j + 1}")
-        centre = np.array([half, 0.0, 0.0])
+        centre = np.array([left, 0.0, 0.0])
         model.appendBodyToJoint(joint, pin.Inertia(mass, centre, inertia * np.eye(3)), here)
         position = pin.SE3(np.eye(3), np.array([2.0 * half, 0.0, 0.0]))
     return model
@@ -61,7 +61,7 @@ class PinocchioChain(JointTree):
             row[0], row[1], row[5] = (
                 bar.mass_kg * (c * ax + s * ay),
                 across,
-                bar.inertia_kg_m2 * spin + bar.half_length_m * across,
+                bar.inertia_kg_m2 * spin + bar.left_m * across,
             )
             self.forces[FIRST + j] = force(row)
 

@@ -38,6 +38,7 @@ from adapters.engine import (
 from adapters.pymunk.iteration_count import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
 from adapters.trajectory import Array, Observable, Trajectory
 from reference_impl.model.kinematics import directions, relative_positions, relative_velocities
+from scenarios.effect_types import COM_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,7 +61,7 @@ class PymunkEngine(Engine):
     sweep = AccuracySweep(
         AccuracyParameter.STEPS_PER_ORBIT, (500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000), default=10000
     )
-    effects = SUPPORTED
+    effects = SUPPORTED | {COM_SHARE}
     observables = frozenset(Observable) - {Observable.COM_RESIDUAL, Observable.TORQUE}
     unsupported_reasons: ClassVar[dict[str, str]] = {
         **dict.fromkeys(PRESCRIBED_ROTATIONS, NO_PRESCRIBED_ROTATION),
@@ -254,8 +255,10 @@ class PymunkEngine(Engine):
     def gaps(self, position: Array) -> Array:
         """Distance between the bar ends at each joint, (n, N-1) m."""
         along, _ = directions(position[..., 2])
-        reach = np.array(self.chain.half_m)[:, None] * along
-        gap = np.diff(position[..., :2], axis=1) - (reach[:, 1:] + reach[:, :-1])
+        left, right = (
+            np.array(lever_m)[:, None] * along for lever_m in (self.scene.chain.left_m, self.scene.chain.right_m)
+        )
+        gap = np.diff(position[..., :2], axis=1) - (left[:, 1:] + right[:, :-1])
         return np.hypot(gap[..., 0], gap[..., 1])
 
 

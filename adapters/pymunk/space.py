@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pymunk
 
+from adapters.bar_loads.interface import bars_of
 from adapters.pymunk.iteration_count import COLD_START_FACTOR
 from reference_impl.model.kinematics import directions
 
@@ -59,7 +60,7 @@ class ChainSpace:
             Iterations over the joints in each step.
         """
         self.dt_s = dt_s
-        self.half_m = [0.5 * length for length in chain.length_m]
+        self.properties, self.length_m = bars_of(chain), chain.length_m
         self.space = pymunk.Space()
         self.space.damping = 1.0
         self.sweeps = sweeps
@@ -71,8 +72,8 @@ class ChainSpace:
             bar.velocity = (float(velocity[j, 0]), float(velocity[j, 1]))
             bar.angle, bar.angular_velocity = float(start.angle_rad[j]), float(start.rate_rad_s[j])
         joints = [
-            pymunk.PivotJoint(a, b, (ha, 0.0), (-hb, 0.0))
-            for a, b, ha, hb in zip(self.bars, self.bars[1:], self.half_m, self.half_m[1:], strict=False)
+            pymunk.PivotJoint(a, b, (right, 0.0), (-left, 0.0))
+            for a, b, right, left in zip(self.bars, self.bars[1:], chain.right_m, chain.left_m[1:], strict=False)
         ]
         for joint in joints:
             joint.error_bias = 0.0
@@ -90,13 +91,13 @@ class ChainSpace:
 
     def velocity_function(self, loads: StepLoads, j: int) -> Callable[..., None]:
         """Callback that changes velocities of bar `j`: all bars have moved, and earlier bars have new velocities."""
-        integrate, pull, half = pymunk.Body.update_velocity, loads.pull, self.half_m[j]
+        integrate, pull, properties = pymunk.Body.update_velocity, loads.pull, self.properties[j]
 
         def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
             try:
                 if pull:
                     x, y = bar.position
-                    ax, ay, spin = pull.load(x, y, bar.angle, half)
+                    ax, ay, spin = pull.load(x, y, bar.angle, properties)
                 else:
                     ax, ay, spin = loads.load(j, self.positions, self.velocities)
                 mass = bar.mass
@@ -183,7 +184,7 @@ class ChainSpace:
         for joint in self.joints:
             a, b = joint.a.local_to_world(joint.anchor_a), joint.b.local_to_world(joint.anchor_b)
             widest = max(widest, math.hypot(b[0] - a[0], b[1] - a[1]))
-        if widest > WIDEST_GAP * 2.0 * min(self.half_m):
+        if widest > WIDEST_GAP * min(self.length_m):
             raise ArithmeticError(f"the two bar ends at a joint are {widest:.3g} m apart")
 
     def positions(self) -> Rows:
@@ -247,10 +248,12 @@ def hold_position(bar: Any, dt: float) -> None:
 def initial_gaps(chain: Chain, start: InitialState, dt_s: float) -> Array:
     """Displacements of the bars, (N, 2) m, that open each joint by the method's stationary gap."""
     along, _ = directions(start.angle_rad)
-    inward = 0.5 * np.array(chain.length_m) * start.rate_rad_s**2
-    turn = 0.5 * dt_s**2 * inward[:, None] * along
-    apart = np.zeros_like(turn)
-    apart[1:] = np.cumsum(turn[:-1] + turn[1:], axis=0)
+    left, right = (
+        0.5 * dt_s**2 * (np.array(lever_m) * start.rate_rad_s**2)[:, None] * along
+        for lever_m in (chain.left_m, chain.right_m)
+    )
+    apart = np.zeros_like(left)
+    apart[1:] = np.cumsum(right[:-1] + left[1:], axis=0)
     mass = np.array(chain.mass_kg)
     displaced: Array = apart - mass @ apart / mass.sum()
     return displaced

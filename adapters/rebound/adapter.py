@@ -44,6 +44,7 @@ from adapters.rebound.forces import attach, companion, forces
 from adapters.trajectory import Observable, Trajectory
 from reference_impl.model.gravity import perigee_m
 from scenarios import Axes, Gravity
+from scenarios.effect_types import COM_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -153,7 +154,7 @@ class Rebound(Engine):
     effects = frozenset({
         *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "joint_spring_damper", "joint_torque",
         "thrust.inertial",
-        "impulse",
+        "impulse", COM_SHARE,
     })  # fmt: skip
     observables = frozenset({Observable.COM})
     unsupported_reasons: ClassVar[dict[str, str]] = {
@@ -163,7 +164,7 @@ class Rebound(Engine):
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
         """Reason why the engine does not support `scene`, in one sentence; of impulses, those in a bar's axes."""
-        found = [ATTITUDE_EFFECTS.get(name, name) for name in sorted(scene.effects.names - cls.effects)]
+        found = [ATTITUDE_EFFECTS.get(name, name) for name in sorted(scene.needs - cls.effects)]
         found += [BODY_IMPULSE for p in scene.effects.impulse if p.axes is not Axes.INERTIAL]
         if found:
             return attitude_dependence(list(dict.fromkeys(found)))

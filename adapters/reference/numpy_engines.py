@@ -22,6 +22,7 @@ from adapters.engine import (
 )
 from adapters.trajectory import ENDED, Observable, Trajectory
 from reference_impl.integrate.roundings import ROUNDINGS
+from scenarios.effect_types import COM_SHARE
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 EVERYTHING = frozenset({
     *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "drag", "solar_pressure",
     "solar_pressure.shadow", "joint_spring_damper", "joint_torque", "thrust.body", "thrust.inertial", "impulse",
+    COM_SHARE,
 })  # fmt: skip
 FEW_STEPS = 10.0  # largest component over the norm of step control, and interpolation between steps
 

@@ -67,7 +67,7 @@ def scenes(ctx: click.Context, tag: str | None, folder: str | None, effect: str 
     if folder is not None:
         found = having(found, "folder", folder, {s.name: [s.name.partition("/")[0]] for s in found})
     if effect is not None:
-        found = having(found, "effect", effect, {s.name: s.effects.names for s in found})
+        found = having(found, "effect", effect, {s.name: s.needs for s in found})
     if as_json:
         columns = [
             {
@@ -75,7 +75,7 @@ def scenes(ctx: click.Context, tag: str | None, folder: str | None, effect: str 
                 "bars": s.bars,
                 "orbits": s.run.duration_s / s.period_s,
                 "tags": list(s.tags),
-                "effects": sorted(s.effects.names),
+                "effects": sorted(s.needs),
                 "title": s.title,
             }
             for s in found

@@ -20,7 +20,7 @@ from barchain.solutions.reference import at_own_samples, closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.results.outcome import Outcome
 from scenarios import Gravity, load_scene
-from scenarios.effect_types import SINGLE_NAME_EFFECTS, all_effect_names, forms_of
+from scenarios.effect_types import COM_SHARE, SINGLE_NAME_EFFECTS, all_effect_names, forms_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,10 +54,10 @@ STAGES = {
         "slender_alone quadrupole_alone oblateness_alone third_body_alone drag_alone solar_pressure_alone "
         "solar_shadow_alone joint_springs_alone joint_torque_alone joint_set_point thrust_body thrust_inertial "
         "impulse_alone prescribed_orbital prescribed_inertial prescribed_orbital_joint "
-        "prescribed_inertial_external joint_angle prescribed_turns prescribed_table"
+        "prescribed_inertial_external joint_angle prescribed_turns prescribed_table com_share_alone"
     ),
     TOGETHER: in_folder(
-        "one_bar_law one_bar_loads eleven_bars_loads prescribed_neighbours second_moments "
+        "one_bar_law one_bar_loads eleven_bars_loads prescribed_neighbours second_moments com_share_loads "
         + " ".join(f"together_{number}" for number in range(1, 11))
     ),
 }
@@ -109,7 +109,10 @@ def reference_solution(scene: Scene) -> ReferenceSolution:
 
 
 def without(scene: Scene, lacking: frozenset[str]) -> Scene:
-    """Scene without effects of some names; a model of gravity is replaced by the next simpler one."""
+    """Scene without effects of some names, and with centres of mass midway where an engine has no others.
+
+    A model of gravity is replaced by the next simpler one.
+    """
     e = scene.effects
     kept: dict[str, Any] = {}
     for name in lacking & set(SINGLE_NAME_EFFECTS):
@@ -126,7 +129,9 @@ def without(scene: Scene, lacking: frozenset[str]) -> Scene:
         thrust=tuple(t for t in e.thrust if f"thrust.{t.axes}" not in lacking),
         **kept,
     )
-    return scene if effects == e else dataclasses.replace(scene, effects=effects)
+    chain = dataclasses.replace(scene.chain, com_share=()) if COM_SHARE in lacking else scene.chain
+    other = dataclasses.replace(scene, chain=chain, effects=effects)
+    return scene if other == scene else other
 
 
 def candidates(engine: Declarations, name: str) -> list[Scene]:
@@ -162,8 +167,8 @@ def rejection(engine: Declarations, scene: Scene) -> str | None:
 
 def left_out(engine: Declarations, name: str) -> str:
     """Words on the effects without which an engine is given a scene; empty for all effects."""
-    given = scene_for(engine, name).effects.names
-    missing = sorted(scene_of(name).effects.names - given)
+    given = scene_for(engine, name).needs
+    missing = sorted(scene_of(name).needs - given)
     return f", without {', '.join(missing)}" if missing else ""
 
 

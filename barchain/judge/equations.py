@@ -175,7 +175,7 @@ class Equations:
     spans : sequence of tuple of float
         Start and end of the smooth piece around each state, s; empty: modes of effects follow from the states.
     reach : tuple of float
-        Distance of the left and of the right joint from a bar's centre, in lengths.
+        Distance of the left and of the right joint from a bar's centre, in lengths of a bar with equal levers.
     known : tuple of (ChainEffect, Load)
         Loads of effects at the same states that were computed already.
     """
@@ -195,7 +195,8 @@ class Equations:
     def shape(self) -> Shape:
         """Masses, and reaches to the joints."""
         m, (left, right) = self.model, self.reach
-        return Shape(m.mass_kg, m.inertia_kg_m2, left * m.length_m, right * m.length_m)
+        levers = left * m.length_m * m.left_share, right * m.length_m * m.right_share
+        return Shape(m.mass_kg, m.inertia_kg_m2, *levers)
 
     @cached_property
     def place(self) -> ComplexArray:

@@ -105,21 +105,21 @@ class Motion:
         return relative_positions(self.model, self.angle) if stored is None else stored
 
     @cached_property
-    def reach(self) -> Array:
-        """Right end of each bar from its centre, (n, N, 2) m."""
-        found: Array = self.model.half_m[:, None] * directions(self.angle)[0]
+    def right_ends(self) -> Array:
+        """Right ends of all bars from the centre of mass, (n, N, 2) m."""
+        found: Array = self.centres + self.model.right_m[:, None] * directions(self.angle)[0]
         return found
 
     @cached_property
     def joints(self) -> Array:
         """Right ends of all bars but the last from the centre of mass, (n, N-1, 2) m."""
-        return (self.centres + self.reach)[:, :-1]
+        return self.right_ends[:, :-1]
 
     @cached_property
     def ends(self) -> Array:
         """Free ends of the chain from the centre of mass, (n, 2, 2) m."""
-        first, last = self.centres[:, 0] - self.reach[:, 0], self.centres[:, -1] + self.reach[:, -1]
-        return np.stack([first, last], axis=1)
+        first = self.centres[:, 0] - self.model.left_m[0] * directions(self.angle[:, 0])[0]
+        return np.stack([first, self.right_ends[:, -1]], axis=1)
 
     @cached_property
     def cuts(self) -> Array:

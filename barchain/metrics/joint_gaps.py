@@ -27,8 +27,8 @@ def gaps(scene: Scene, trajectory: Trajectory) -> Array | None:
     if trajectory.position_m is None or trajectory.angle_rad is None:
         return None
     along = np.stack([np.cos(trajectory.angle_rad), np.sin(trajectory.angle_rad)], axis=-1)
-    reach = half_m(scene)[:, None] * along
-    between = np.diff(trajectory.position_m, axis=1) - (reach[:, 1:] + reach[:, :-1])
+    left, right = (np.array(lever_m)[:, None] * along for lever_m in (scene.chain.left_m, scene.chain.right_m))
+    between = np.diff(trajectory.position_m, axis=1) - (left[:, 1:] + right[:, :-1])
     distance: Array = np.hypot(between[..., 0], between[..., 1])
     return distance
 
@@ -128,12 +128,7 @@ def gap_rounding(scene: Scene, trajectory: Trajectory, place_m: Array) -> Array:
     """Round-off of a gap, (n, N-1), m: of the places, and of the angles, which may count many turns."""
     if trajectory.angle_rad is None:
         return np.zeros((len(trajectory.t_s), scene.bars - 1))
-    moved = ROUNDING * half_m(scene) * np.abs(trajectory.angle_rad)
-    both: Array = place_m[:, None] + (moved[:, 1:] + moved[:, :-1])
+    moved = ROUNDING * np.abs(trajectory.angle_rad)
+    left, right = np.array(scene.chain.left_m), np.array(scene.chain.right_m)
+    both: Array = place_m[:, None] + (left[1:] * moved[:, 1:] + right[:-1] * moved[:, :-1])
     return both
-
-
-def half_m(scene: Scene) -> Array:
-    """Half length of each bar, (N,), m."""
-    half: Array = 0.5 * np.array(scene.chain.length_m)
-    return half

@@ -24,7 +24,7 @@ class ThrustEffect(TimedEffect):
     bar: int
     """Counted from 0"""
     side: float
-    """+1: right end, -1: left end"""
+    """beta of its bar: right end; -alpha: left end; with equal levers +1 and -1"""
     inertial: bool
     direction_rad: float
 

@@ -219,8 +219,9 @@ class Simulation:
     def height(self, y: Array) -> float:
         """Smallest distance of any point of any bar from the surface, m."""
         s = self.coordinates.unpack(y)
-        unit, place, half = unit_along(s.angle_rad), as_complex(s.com_m + s.position_m), self.model.half_m
-        foot = np.clip(-(unit.conj() * place).real, -half, half)  # nearest point of the bar, from its centre
+        unit, place = unit_along(s.angle_rad), as_complex(s.com_m + s.position_m)
+        # nearest point of the bar, from its centre
+        foot = np.clip(-(unit.conj() * place).real, -self.model.left_m, self.model.right_m)
         return float(np.abs(place + foot * unit).min() - self.model.body_radius_m)
 
     def history(self, result: Integration, *, condition: bool = False) -> History:

@@ -9,6 +9,7 @@ import numpy as np
 from reference_impl.kernel.layout import (
     GIVEN_BACK,
     ILL_CONDITIONED,
+    UNEQUAL,
     BatchMembers,
     MemberResults,
     new_stepper,
@@ -32,7 +33,7 @@ class Batch(NamedTuple):
     gravity: int
     """One of `layout.GRAVITY_CODES`, equal for all chains"""
     bars: Array
-    """(runs, 10, N) rows as in `layout.CompiledChain.bars`"""
+    """(runs, 15, N) rows as in `layout.CompiledChain.bars`"""
     laws: Array
     """(runs, P, 4+8T)"""
     effects: Effects
@@ -117,9 +118,9 @@ def members_of(batch: Batch) -> BatchMembers:
 def run_members(batch: Batch, t_s: Array, segments_s: Array) -> BatchResult:
     """Integrate every chain of `batch` over the samples `t_s`, as :func:`run_batch`.
 
-    Lanes run free chains with gravity alone. Chains with prescribed rotations or effects, and ill-conditioned chains,
-    run one after another. So do chains that lanes give back: those that may touch the surface, lose a pivot, or turn
-    beyond the range of the sine.
+    Lanes run free chains of equal levers with gravity alone. Chains with prescribed rotations or effects, with unequal
+    levers, and ill-conditioned chains, run one after another. So do chains that lanes give back: those that may touch
+    the surface, lose a pivot, or turn beyond the range of the sine.
 
     Parameters
     ----------
@@ -130,7 +131,7 @@ def run_members(batch: Batch, t_s: Array, segments_s: Array) -> BatchResult:
     """
     if batch.laws.shape[1] or batch.effects or len(segments_s) != 1 or len(t_s) < 2:
         return run_batch(batch, t_s, segments_s)
-    in_lanes = batch.bars[:, ILL_CONDITIONED, 0] == 0.0
+    in_lanes = (batch.bars[:, ILL_CONDITIONED, 0] == 0.0) & (batch.bars[:, UNEQUAL, 0] == 0.0)
     if not in_lanes.any():
         return run_batch(batch, t_s, segments_s)
     result = empty_result(batch, t_s)

@@ -26,7 +26,8 @@ NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
 REGISTER = 8  # numbers per widest vector register
 # rows of CompiledChain.bars: c/chain/layout.h
 HALF, WEIGHT, INVERSE_MASS, COMPLIANCE, LEVER, INVERSE_INERTIA, PASSED, FREED, ILL_CONDITIONED, REFINED = range(10)
-CONSTANT_ROWS, SCRATCH_ROWS = 10, 25
+UNEQUAL, ALPHA, BETA, PASSED_RIGHT, FREED_RIGHT = range(10, 15)
+CONSTANT_ROWS, SCRATCH_ROWS = 15, 25
 # rows of Workspace.bars that Python reads: c/chain/layout.h
 GX, GY, RX, RY = 4, 5, 14, 15
 # columns of CompiledChain.laws: c/chain/laws.h
@@ -51,9 +52,10 @@ class CompiledChain(Struct):
     gravity: int
     """One of `GRAVITY_CODES`"""
     bars: Matrix
-    """(10, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
-    PASSED 2/(w+c), FREED 4w/(w+c), ILL_CONDITIONED 1 in ill-conditioned chains, else 0, REFINED 1 if reactions are
-    refined, else 0
+    """(15, N) rows HALF l/2, WEIGHT m/M, INVERSE_MASS w = 1/m, COMPLIANCE c = l²/4J, LEVER l/2J, INVERSE_INERTIA 1/J,
+    PASSED 2 alpha/(w + alpha² c), FREED 4w/(w + alpha² c), ILL_CONDITIONED 1 in ill-conditioned chains, else 0, REFINED
+    1 if reactions are refined, else 0, UNEQUAL 1 if any levers are unequal, else 0, ALPHA and BETA the levers over l/2,
+    PASSED_RIGHT and FREED_RIGHT as PASSED and FREED with beta
     """
     laws: Matrix
     """(P, 4+8T) columns BAR, REACTS_ON (-1: none), FRAME, UNIT sqrt(J); of each of T turns AMPLITUDE rad, DURATION s,
@@ -157,7 +159,7 @@ class BatchMembers(Struct):
     gravity: int
     """One of `GRAVITY_CODES`"""
     bars: Matrix
-    """(10 runs, N) rows as in :class:`CompiledChain`, one chain after another"""
+    """(15 runs, N) rows as in :class:`CompiledChain`, one chain after another"""
     laws: Matrix
     """(P runs, 4+8T)"""
     effects: tuple[CompiledEffect, ...]
@@ -195,7 +197,9 @@ class CvodeData(Struct):
     """:class:`CompiledChain`"""
     work: Struct
     """:class:`Workspace`"""
-    half_m: Vector
+    left_m: Vector
+    """(N,)"""
+    right_m: Vector
     """(N,)"""
     weight: Vector
     """(N,)"""
@@ -209,7 +213,9 @@ def compiled_chain(model: ChainModel, number: Number = DOUBLE) -> CompiledChain:
     most = max((len(p.turns) for p in model.prescriptions), default=1)
     table = np.array([law_row(model, p, most) for p in model.prescriptions], dtype=number)
     table = table.reshape(len(model.prescriptions), FIRST_TURN + most * TURN_COLUMNS)
-    bars = bar_rows(*(each.astype(number) for each in (model.mass_kg, model.length_m, model.inertia_kg_m2)))
+    share = None if model.com_share is None else model.com_share.astype(number)
+    mass, length, inertia = (each.astype(number) for each in (model.mass_kg, model.length_m, model.inertia_kg_m2))
+    bars = bar_rows(mass, length, inertia, share)
     effects = tuple(compiled_effect(effect, number) for effect in model.effects)
     return CompiledChain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, effects)
 
@@ -238,13 +244,20 @@ def refined(chain: CompiledChain) -> CompiledChain:
     return replace(chain, bars=bars)
 
 
-def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
-    """`CompiledChain.bars` of one chain (N,) or of many (..., N); shape (..., 10, N)."""
+def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array, com_share: Array | None = None) -> Array:
+    """`CompiledChain.bars` of one chain (N,) or of many (..., N), with the same shares (N,); shape (..., 15, N)."""
     half, w = 0.5 * length_m, 1.0 / mass_kg
     c = half**2 / inertia_kg_m2
     weight = mass_kg / mass_kg.sum(axis=-1, keepdims=True)
-    hard = np.zeros_like(w) + ill_conditioned(w, c)[..., None]
-    rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), hard, hard]
+    alpha = np.ones_like(w) if com_share is None else 2.0 * com_share + np.zeros_like(w)
+    beta = np.ones_like(w) if com_share is None else 2.0 * (1.0 - com_share) + np.zeros_like(w)
+    hard = np.zeros_like(w) + ill_conditioned(w, np.maximum(alpha, beta) ** 2 * c)[..., None]
+    unequal = np.full_like(w, com_share is not None)
+    left, right = w + alpha**2 * c, w + beta**2 * c
+    rows = [
+        half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 * alpha / left, 4.0 * w / left, hard, hard,
+        unequal, alpha, beta, 2.0 * beta / right, 4.0 * w / right,
+    ]  # fmt: skip
     return np.stack(rows, axis=-2)
 
 

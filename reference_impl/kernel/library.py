@@ -433,7 +433,7 @@ def evaluate_in_lanes(members: BatchMembers, rates: Matrix, reaction_N: Array) -
 
 def height_above_surface(y: Vector, data: CvodeData) -> float:
     """Least distance of any point of a chain from the surface, m; `y` (size,) in the kernel's order."""
-    if len(y) < len(data.half_m) + 2:
-        raise ValueError(f"y has {len(y)} numbers, allowed: N+2 = {len(data.half_m) + 2} or more")
+    if len(y) < len(data.left_m) + 2:
+        raise ValueError(f"y has {len(y)} numbers, allowed: N+2 = {len(data.left_m) + 2} or more")
     found: float = library().height_above_surface(check("y", y, y.shape), data.address)
     return found

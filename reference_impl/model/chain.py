@@ -122,7 +122,7 @@ class BarImpulse:
     bar: int
     """Counted from 0"""
     side: float
-    """+1: right end, -1: left end"""
+    """beta of its bar: right end; -alpha: left end; with equal levers +1 and -1"""
     inertial: bool
     direction_rad: float
     impulse_N_s: float
@@ -149,6 +149,8 @@ class ChainModel:
     impulses: tuple[BarImpulse, ...] = ()
     spring_rate_rad_s: float = 0.0
     """Upper bound of the fastest oscillation or decay rate of joint springs and dampers; 0: none"""
+    com_share: Array | None = None
+    """(N,) share of each length from the left end to the centre of mass; None: midway in all bars"""
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
@@ -174,15 +176,41 @@ class ChainModel:
         return half
 
     @cached_property
+    def left_share(self) -> Array:
+        """(N,) alpha_j: distance of the left end from the centre of mass, over l_j/2."""
+        return np.ones(self.bars) if self.com_share is None else 2.0 * self.com_share
+
+    @cached_property
+    def right_share(self) -> Array:
+        """(N,) beta_j = 2 - alpha_j: that of the right end."""
+        return np.ones(self.bars) if self.com_share is None else 2.0 * (1.0 - self.com_share)
+
+    @cached_property
+    def left_m(self) -> Array:
+        """(N,) distances of the left ends from the centres of mass."""
+        distance: Array = self.left_share * self.half_m
+        return distance
+
+    @cached_property
+    def right_m(self) -> Array:
+        """(N,) those of the right ends."""
+        distance: Array = self.right_share * self.half_m
+        return distance
+
+    @cached_property
     def compliance(self) -> Array:
-        """(N,) l_j²/(4 J_j), 1/kg: transverse acceleration of a bar's end by rotation, per unit force on that end."""
+        """(N,) l_j²/(4 J_j), 1/kg: transverse acceleration of a bar's end by rotation, per unit force on that end.
+
+        With unequal levers it is alpha² times as large at the left end, and beta² times at the right end.
+        """
         gives: Array = self.half_m**2 / self.inertia_kg_m2
         return gives
 
     @cached_property
     def ill_conditioned(self) -> bool:
         """Whether solving the joints costs angular accelerations digits: bars too unequal or too compact."""
-        return bool(ill_conditioned(self.inverse_mass, self.compliance))
+        longer = np.maximum(self.left_share, self.right_share)
+        return bool(ill_conditioned(self.inverse_mass, longer**2 * self.compliance))
 
     @cached_property
     def gyration2(self) -> Array:

@@ -62,6 +62,18 @@ class ChainProperties(Protocol):
         """Inverse masses, (N,) 1/kg."""
 
     @property
+    def com_share(self) -> Array | None:
+        """Shares of the lengths from the left ends to the centres of mass, (N,); None: midway in all bars."""
+
+    @property
+    def left_share(self) -> Array:
+        """Distances of the left ends from the centres of mass over the half lengths, (N,)."""
+
+    @property
+    def right_share(self) -> Array:
+        """Those of the right ends, (N,)."""
+
+    @property
     def half_m(self) -> Array:
         """Half lengths, (N,) m."""
 

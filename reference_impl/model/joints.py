@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
+from reference_impl.model.kinematics import by_levers
+
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array, ComplexArray
     from reference_impl.model.chain import ChainModel
@@ -30,8 +32,8 @@ def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
 
     Row i, column k holds the entry (k+i, k) of the matrix with blocks
 
-    D_j = (1/m_j + 1/m_{j+1}) I + c_j n_j n_jᵀ + c_{j+1} n_{j+1} n_{j+1}ᵀ,
-    U_j = -I/m_{j+1} + c_{j+1} n_{j+1} n_{j+1}ᵀ, c_j = l_j²/(4 J_j).
+    D_j = (1/m_j + 1/m_{j+1}) I + beta_j² c_j n_j n_jᵀ + alpha_{j+1}² c_{j+1} n_{j+1} n_{j+1}ᵀ,
+    U_j = -I/m_{j+1} + alpha_{j+1} beta_{j+1} c_{j+1} n_{j+1} n_{j+1}ᵀ, c_j = l_j²/(4 J_j).
 
     Parameters
     ----------
@@ -41,16 +43,19 @@ def joint_matrix(model: ChainModel, across: ComplexArray) -> Array:
     """
     x, y = across.real, across.imag
     cx, w = model.compliance * x, model.inverse_mass
-    xx, xy, yy = cx * x, cx * y, model.compliance * y * y
+    turned = np.array([cx * x, cx * y, model.compliance * y * y])
+    alpha, beta = model.left_share, model.right_share
+    right, left = beta[:-1] ** 2 * turned[:, :-1], alpha[1:] ** 2 * turned[:, 1:]  # ends of a joint's two bars
+    xx, xy, yy = (alpha * beta)[1:-1] * turned[:, 1:-1]
     lower = np.zeros((BANDWIDTH, 2 * (model.bars - 1)))
     neighbours = w[:-1] + w[1:]
-    lower[0, 0::2] = neighbours + xx[:-1] + xx[1:]
-    lower[0, 1::2] = neighbours + yy[:-1] + yy[1:]
-    lower[1, 0::2] = xy[:-1] + xy[1:]
-    lower[2, 0:-2:2] = xx[1:-1] - w[1:-1]
-    lower[3, 0:-2:2] = xy[1:-1]
-    lower[1, 1:-2:2] = xy[1:-1]
-    lower[2, 1:-2:2] = yy[1:-1] - w[1:-1]
+    lower[0, 0::2] = neighbours + right[0] + left[0]
+    lower[0, 1::2] = neighbours + right[2] + left[2]
+    lower[1, 0::2] = right[1] + left[1]
+    lower[2, 0:-2:2] = xx - w[1:-1]
+    lower[3, 0:-2:2] = xy
+    lower[1, 1:-2:2] = xy
+    lower[2, 1:-2:2] = yy - w[1:-1]
     return lower
 
 
@@ -122,9 +127,10 @@ class JointSystem:
         ends = np.zeros((len(reaction), self.joints + 2), complex)
         ends[:, 1:-1] = reaction
         pull = self.model.inverse_mass * (ends[:, 1:] - ends[:, :-1])
-        sums = ends[:, 1:] + ends[:, :-1]
-        turned = self.model.compliance * (self.unit.conj() * sums).imag * (1j * self.unit)
-        opened: ComplexArray = (pull[:, :-1] - pull[:, 1:]) + (turned[:, :-1] + turned[:, 1:])
+        before, after = by_levers(self.model, ends[:, :-1], ends[:, 1:])
+        turned = self.model.compliance * (self.unit.conj() * (after + before)).imag * (1j * self.unit)
+        left, right = by_levers(self.model, turned, turned)
+        opened: ComplexArray = (pull[:, :-1] - pull[:, 1:]) + (right[:, :-1] + left[:, 1:])
         return opened
 
 

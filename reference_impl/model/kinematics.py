@@ -20,11 +20,19 @@ def directions(angle_rad: Array) -> tuple[Array, Array]:
     return as_vectors(u), as_vectors(1j * u)
 
 
-def bar_centre_vectors(model: ChainProperties, reach: Array) -> Array:
-    """Positions of the bars' centres relative to the centre of mass, given each centre's vector to its right end.
+def by_levers(model: ChainProperties, left: ComplexArray, right: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Quantities (..., N) of the left and the right ends of bars with equal levers, as they are with the bars' own."""
+    if model.com_share is None:
+        return left, right
+    return model.left_share * left, model.right_share * right
 
-    By eq. (7') neighbouring centres are `reach_j + reach_{j+1}` apart; by eq. (6) the weighted mean is zero. The map is
-    linear in `reach`, and serves positions and velocities.
+
+def bar_centre_vectors(model: ChainProperties, reach: Array) -> Array:
+    """Positions of the bars' centres relative to the centre of mass, given each bar's half length as a vector.
+
+    By eq. (7') neighbouring centres are `reach_j + reach_{j+1}` apart, with unequal levers
+    `beta_j reach_j + alpha_{j+1} reach_{j+1}`; by eq. (6) the weighted mean is zero. The map is linear in `reach`, and
+    serves positions and velocities.
 
     Parameters
     ----------
@@ -42,7 +50,8 @@ def bar_centre_vectors(model: ChainProperties, reach: Array) -> Array:
 def bar_centres(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
     """:func:`bar_centre_vectors` for plane vectors as complex numbers, shape (..., N)."""
     from_first = np.zeros_like(reach)
-    np.cumsum(reach[..., :-1] + reach[..., 1:], axis=-1, out=from_first[..., 1:])
+    left, right = by_levers(model, reach, reach)
+    np.cumsum(right[..., :-1] + left[..., 1:], axis=-1, out=from_first[..., 1:])
     centred: ComplexArray = from_first - (from_first @ model.weight)[..., None]
     return centred
 
@@ -70,9 +79,9 @@ def consistent_state(
 
 def gap_vectors(model: ChainProperties, position_m: Array, angle_rad: Array) -> Array:
     """Left end of bar j+1 minus right end of bar j, shape (..., N-1, 2), m: eq. (19), zero for a closed joint."""
-    u, _ = directions(angle_rad)
-    reach = model.half_m[:, None] * u
-    gap: Array = (position_m[..., 1:, :] - position_m[..., :-1, :]) - (reach[..., 1:, :] + reach[..., :-1, :])
+    reach = model.half_m * unit_along(angle_rad)
+    left, right = map(as_vectors, by_levers(model, reach, reach))
+    gap: Array = (position_m[..., 1:, :] - position_m[..., :-1, :]) - (left[..., 1:, :] + right[..., :-1, :])
     return gap
 
 

@@ -4,6 +4,9 @@ Global    Z0'' = g(Z0) + sum mu_k (g_k - g(Z0))                          eqs. (9
 Local     d_j'' = (g_j - g_mean) + (R_j - R_{j-1})/m_j                   eqs. (13), (14)
 Rotation  J_j theta_j'' = K_j + tau_j + (l_j/2) n_j·(R_j + R_{j-1})      eq. (15)
 Joints    both ends in a joint have equal accelerations                  eqs. (19), (21)
+
+A bar's centre of mass may not be midway: its left end is then alpha_j l_j/2 away from it and its right end
+beta_j l_j/2, and (l_j/2) n_j·(beta_j R_j + alpha_j R_{j-1}) turns it.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_al
 from reference_impl.model.effect import EffectState, Modes, total_accelerations
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations, point_field
 from reference_impl.model.joints import JointSystem
-from reference_impl.model.kinematics import cross
+from reference_impl.model.kinematics import by_levers, cross
 from reference_impl.model.state import Accelerations, State
 
 if TYPE_CHECKING:
@@ -122,13 +125,15 @@ class ReactionSolution:
             As in :func:`accelerations`.
         """
         self.model, self.unit, self.angular = model, unit, spin
-        # accelerations of the right ends relative to the centres, without reactions
+        # accelerations of the right ends relative to the centres, without reactions, of bars with equal levers
         end = model.half_m * unit * (1j * spin - state.rate_rad_s**2)
         right = np.empty((1 + len(model.prescriptions), model.bars - 1), complex)
-        right[0] = (field[1:] - field[:-1]) - (end[:-1] + end[1:])
+        of_left, of_right = by_levers(model, end, end)
+        right[0] = (field[1:] - field[:-1]) - (of_right[:-1] + of_left[1:])
         for k, p in enumerate(model.prescriptions, start=1):
             turned = 1j * model.half_m * self.rotation_per_unit_torque(p) * unit
-            right[k] = -(turned[:-1] + turned[1:])
+            of_left, of_right = by_levers(model, turned, turned)
+            right[k] = -(of_right[:-1] + of_left[1:])
         solved = JointSystem(model, unit).solve(right, refine=refine or model.ill_conditioned)
         self.torque_free_reactions: ComplexArray = solved[0]
         self.reactions_per_torque: ComplexArray = solved[1:]
@@ -156,11 +161,11 @@ class ReactionSolution:
         return total
 
     def rotation_from_reactions(self, reaction: ComplexArray) -> Array:
-        """Angular accelerations (N,) from the reactions alone: (l_j/2J_j) n_j·(R_j + R_{j-1})."""
-        sums = np.zeros(self.model.bars, complex)
-        sums[:-1] += reaction
-        sums[1:] += reaction
-        turned: Array = self.model.lever * (self.unit.conj() * sums).imag
+        """Angular accelerations (N,) from the reactions alone: (l_j/2J_j) n_j·(beta_j R_j + alpha_j R_{j-1})."""
+        before, after = np.zeros((2, self.model.bars), complex)
+        after[:-1] = before[1:] = reaction
+        before, after = by_levers(self.model, before, after)
+        turned: Array = self.model.lever * (self.unit.conj() * (after + before)).imag
         return turned
 
     def translation_from_reactions(self, reaction: ComplexArray) -> ComplexArray:

@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 ALTERNATIVES = (("orbits", "duration_s"), ANGLE_KEYS, RATE_KEYS, ANOMALIES)
 """Keys of one table of which a file holds one"""
-OTHER_FORMS = {"orbit": {*STATE, *ELEMENTS}, "chain": {"angle_rad", "rate_rad_s", "rate_deg_s", "end_body"}}
+OTHER_FORMS = {
+    "orbit": {*STATE, *ELEMENTS},
+    "chain": {"angle_rad", "rate_rad_s", "rate_deg_s", "end_body", "joint_mass"},
+}
 """Keys from which several fields of a scene follow"""
 
 
@@ -33,7 +36,7 @@ def superseded() -> dict[str, set[str]]:
     for form in FORMS:
         for key in form:
             found.setdefault(key, set()).update(*(other for other in FORMS if other is not form))
-    for key in ("length_m", *ANGLE_KEYS):
+    for key in ("length_m", "com_share", *ANGLE_KEYS):
         found.setdefault(key, set()).add("centre_m")
     return found
 

@@ -14,6 +14,7 @@ from scenarios.limits import VALUES, LimitError
 from scenarios.scene import CentralBody, is_bound
 from scenarios.toml.effect_tables import each, slender_inertia
 from scenarios.toml.orbit_forms import orbit_of
+from scenarios.toml.scene_tables import MIDWAY
 from scenarios.toml.start import start_faults
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from scenarios.scene import Orbit
     from scenarios.toml.effect_tables import PrescribedRotationTable
-    from scenarios.toml.scene_tables import SceneTables
+    from scenarios.toml.scene_tables import ChainTable, SceneTables
 
 SLENDER_SLACK = 1e-9  # of m l²/12: a moment of inertia written with nine digits is that of a slender bar
 MOST_SCALE_HEIGHTS = 30.0  # between the density's height and the chain: e^30 times the density is a mistaken unit
@@ -118,7 +119,7 @@ def check_lists(scene: SceneTables) -> Iterator[str]:
 def check_widths(scene: SceneTables) -> Iterator[str]:
     """Check that no bar is wider than long."""
     chain = scene.chain
-    _, length, _ = chain.material()
+    _, length, *_ = chain.material()
     for name in ("drag", "solar_pressure"):
         table = getattr(scene.effects, name)
         width = each(table.width_m, chain.bars) if table else ()
@@ -159,9 +160,9 @@ def check_places(scene: SceneTables) -> Iterator[str]:
 def check_slender(scene: SceneTables) -> Iterator[str]:
     """Check that a bar under the exact gravity of slender bars has a uniform bar's moment of inertia."""
     chain = scene.chain
-    if scene.effects.gravity != "slender" or chain.inertia_kg_m2 is None:
+    if scene.effects.gravity != "slender" or chain.inertia_kg_m2 is None or unequal(chain):
         return
-    for j, (mass, length, inertia) in enumerate(zip(*chain.material(), strict=True), start=1):
+    for j, (mass, length, inertia, _) in enumerate(zip(*chain.material(), strict=True), start=1):
         slender = slender_inertia(mass, length)
         if abs(inertia - slender) > SLENDER_SLACK * slender:
             yield (
@@ -189,6 +190,22 @@ def check_end_bodies(scene: SceneTables) -> Iterator[str]:
                     f"effects.{name}[{i}].end: {push.end} given, the end that end body {push.bar} does not have; "
                     f"allowed: {'right' if push.end == 'left' else 'left'}, its joint"
                 )
+
+
+def check_centres(scene: SceneTables) -> Iterator[str]:
+    """Check that no load is that of a uniform bar where a centre of mass is not midway between the ends."""
+    if not unequal(scene.chain):
+        return
+    for name in ("drag", "solar_pressure"):
+        if getattr(scene.effects, name):
+            yield f"effects.{name}: its formula has each bar's centre of mass midway; allowed: com_share = 0.5"
+    if scene.effects.gravity == "slender":
+        yield 'effects.gravity: "slender" given, allowed with com_share: none, point, gradient, quadrupole'
+
+
+def unequal(chain: ChainTable) -> bool:
+    """Whether the centre of mass of any bar is not midway between its ends."""
+    return set(chain.material()[3]) != {MIDWAY}
 
 
 def check_run_is_bound(scene: SceneTables) -> Iterator[str]:
@@ -261,4 +278,5 @@ CHECKS = (
     check_fields,
     check_slender,
     check_end_bodies,
+    check_centres,
 )

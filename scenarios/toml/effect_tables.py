@@ -30,6 +30,7 @@ NUMBER_OR_LIST = Discriminator(
 )  # so that an error message is on one of the two
 FiniteEach = Annotated[Annotated[Finite, Tag(NUMBER)] | Annotated[list[Finite], Tag(LIST)], NUMBER_OR_LIST]
 PositiveEach = Annotated[Annotated[Positive, Tag(NUMBER)] | Annotated[list[Positive], Tag(LIST)], NUMBER_OR_LIST]
+ShareEach = Annotated[Annotated[Share, Tag(NUMBER)] | Annotated[list[Share], Tag(LIST)], NUMBER_OR_LIST]
 NotNegativeEach = Annotated[
     Annotated[NotNegative, Tag(NUMBER)] | Annotated[list[NotNegative], Tag(LIST)], NUMBER_OR_LIST
 ]

@@ -39,7 +39,7 @@ from scenarios.toml.alignment import NEAR, on_sample, span, table_on_samples, tu
 from scenarios.toml.clock import later, turned
 from scenarios.toml.effect_tables import THIRD_BODIES, each
 from scenarios.toml.orbit_forms import orbit_of
-from scenarios.toml.scene_tables import MATERIAL_KEYS
+from scenarios.toml.scene_tables import MATERIAL_KEYS, MIDWAY
 from scenarios.toml.start import start_note
 
 if TYPE_CHECKING:
@@ -152,6 +152,8 @@ def resolve_run(table: RunTable, body: CentralBody, orbit: Orbit, gravity: Gravi
 def resolve_chain(table: ChainTable, orbital_rad_s: float, longitude_rad: float) -> Chain:
     """Chain with one value per bar; absolute angles and rates become those relative to the orbit's start."""
     found: dict[str, Any] = dict(zip(MATERIAL_KEYS, table.material(), strict=True))
+    if set(found["com_share"]) == {MIDWAY}:
+        found["com_share"] = ()
     found["angle_rad"] = table.angles_rad
     if table.angle_from == "inertial":
         horizontal = longitude_rad - 0.5 * math.pi

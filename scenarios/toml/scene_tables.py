@@ -24,6 +24,7 @@ from scenarios.toml.effect_tables import (
     NotNegative,
     Positive,
     PositiveEach,
+    ShareEach,
     Table,
     each,
     slender_inertia,
@@ -53,7 +54,8 @@ Tag = Annotated[str, words(MOST_TAG), shown_limit(MOST_TAG)]
 Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 FlightPath = Annotated[float, Field(ge=-90.0, le=90.0, allow_inf_nan=False)]
 
-MATERIAL_KEYS = ("mass_kg", "length_m", "inertia_kg_m2")
+MATERIAL_KEYS = ("mass_kg", "length_m", "inertia_kg_m2", "com_share")
+MIDWAY = 0.5
 ANGLE_KEYS = ("angle_deg", "angle_rad")
 RATE_KEYS = ("rate_factor", "rate_deg_s", "rate_rad_s")
 
@@ -127,10 +129,23 @@ class EndBodyTable(Table):
     joint_m: Positive = Field(description="distance of its joint from its centre of mass, m")
 
 
+class JointMassTable(Table):
+    """A point mass at a joint: a coupling, a motor. It belongs to the bar before the joint.
+
+    That bar's mass, moment of inertia and centre of mass follow. Given to the bar after the joint the point would move
+    alike, as both bars have the same point there; the joint's force is that between the bar with the mass and the
+    other. Models of gravity act on a bar at its centre of mass, so that under gravity the choice counts by what a model
+    leaves out, of order (length/radius)² of gravity.
+    """
+
+    joint: int = Field(ge=1, description="joint, 1 to N-1; joint j is between bars j and j+1")
+    mass_kg: Positive = Field(description="mass, kg")
+
+
 class ChainTable(Table):
     """The bars. A number is repeated for every bar, a list gives one value per bar.
 
-    Lists of masses, lengths and inertias have no values for end bodies, those of angles and rates have.
+    Lists of masses, lengths, inertias and centres have no values for end bodies, those of angles and rates have.
     """
 
     bars: int = Field(ge=1, description="number of bars N, end bodies included")
@@ -143,6 +158,12 @@ class ChainTable(Table):
         None,
         description="moment of inertia about the bar's own centre of mass, kg m^2; slender uniform bar by default",
     )
+    com_share: ShareEach = Field(
+        MIDWAY,
+        description="share of each bar's length from its left end to its centre of mass, 0 to 1; midway by default, "
+        "other values need inertia_kg_m2",
+    )
+    joint_mass: list[JointMassTable] = Field(default_factory=list, description="point masses at the joints")
     angle_deg: FiniteEach = Field(0.0, description="angle of each bar from the horizontal at t = 0, degrees")
     angle_rad: FiniteEach | None = Field(None, description="the same in rad, in place of angle_deg")
     angle_from: Literal["chain", "bar", "inertial"] = Field(
@@ -152,8 +173,8 @@ class ChainTable(Table):
     )
     centre_m: list[Place] | None = Field(
         None,
-        description="places of the bars' centres at t = 0 from any one point, [along the horizontal, up], m; the "
-        "angles decide; a start with contradicting places is corrected or rejected",
+        description="places of the bars' centres of mass at t = 0 from any one point, [along the horizontal, up], m; "
+        "the angles decide; a start with contradicting places is corrected or rejected",
     )
     rate_factor: FiniteEach = Field(
         1.0,
@@ -182,6 +203,11 @@ class ChainTable(Table):
             raise ValueError(
                 f"bars: {self.bars} given, allowed with end bodies: at least one bar besides, {len(ends) + 1}"
             )
+        if self.inertia_kg_m2 is None and set(each(self.com_share, self.bars - len(ends))) != {MIDWAY}:
+            raise ValueError("com_share is given without inertia_kg_m2, which is that of a uniform bar by default")
+        for i, point in enumerate(self.joint_mass):
+            if point.joint >= self.bars:
+                raise ValueError(f"joint_mass[{i}].joint: {point.joint} given, allowed: 1 to {self.bars - 1}")
         for keys in (ANGLE_KEYS, RATE_KEYS):
             given = [key for key in keys if key in self.model_fields_set]
             if len(given) > 1:
@@ -189,8 +215,9 @@ class ChainTable(Table):
         return self
 
     @field_validator(
-        "mass_kg", "length_m", "inertia_kg_m2", "angle_deg", "angle_rad", "rate_factor", "rate_deg_s", "rate_rad_s"
-    )
+        "mass_kg", "length_m", "inertia_kg_m2", "com_share", "angle_deg", "angle_rad", "rate_factor", "rate_deg_s",
+        "rate_rad_s",
+    )  # fmt: skip
     @classmethod
     def one_value_per_bar(cls, value: Any, info: ValidationInfo) -> Any:
         """Reject a list whose length is not the number of bars."""
@@ -210,17 +237,34 @@ class ChainTable(Table):
             return each(self.angle_rad, self.bars)
         return tuple(map(math.radians, each(self.angle_deg, self.bars)))
 
-    def material(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-        """Masses, lengths and moments of inertia of all bars, end bodies included."""
+    def material(self) -> tuple[tuple[float, ...], ...]:
+        """Masses, lengths, moments of inertia and shares of all bars, end bodies and joint masses included."""
         count = self.bars - len(self.end_body)
         mass, length = each(self.mass_kg, count), each(self.length_m, count)
         given = self.inertia_kg_m2
         inertia = tuple(map(slender_inertia, mass, length)) if given is None else each(given, count)
-        rows = list(zip(mass, length, inertia, strict=True))
+        rows = list(zip(mass, length, inertia, each(self.com_share, count), strict=True))
         for body in self.end_body:
-            rows.insert(0 if body.at == "first" else len(rows), (body.mass_kg, 2.0 * body.joint_m, body.inertia_kg_m2))
-        mass, length, inertia = zip(*rows, strict=True)
-        return mass, length, inertia
+            own = body.mass_kg, 2.0 * body.joint_m, body.inertia_kg_m2, MIDWAY
+            rows.insert(0 if body.at == "first" else len(rows), own)
+        for point in self.joint_mass:
+            j = point.joint - 1
+            of_body = j == 0 and any(one.at == "first" for one in self.end_body)
+            rows[j] = with_point(*rows[j], point.mass_kg, body=of_body)
+        return tuple(zip(*rows, strict=True))
+
+
+def with_point(
+    mass: float, length: float, inertia: float, share: float, added: float, *, body: bool
+) -> tuple[float, float, float, float]:
+    """Mass, length, moment of inertia and share of a bar with a point mass on its right end.
+
+    An end body stays a bar of twice the distance of its joint from its centre of mass.
+    """
+    whole, lever = mass + added, (1.0 - share) * length
+    moved = lever * added / whole  # by this the centre of mass comes nearer to the point
+    turning = inertia + lever * moved * mass
+    return (whole, 2.0 * (lever - moved), turning, MIDWAY) if body else (whole, length, turning, share + moved / length)
 
 
 class StartTable(Table):

@@ -56,8 +56,9 @@ def widest(chain: ChainTable) -> tuple[int, float]:
     """Joint (from 1) with the largest gap over its shorter bar, and that share; (0, 0.0) without joints."""
     assert chain.centre_m is not None
     places = [complex(*place) for place in chain.centre_m]
-    _, length, _ = chain.material()
-    halves = [0.5 * size * complex(math.cos(a), math.sin(a)) for size, a in zip(length, chain.angles_rad, strict=True)]
-    pairs = itertools.pairwise(zip(places, halves, length, strict=True))
-    gaps = [abs((q - h) - (p + g)) / min(a, b) for (p, g, a), (q, h, b) in pairs]
+    _, length, _, share = chain.material()
+    bars = [size * complex(math.cos(a), math.sin(a)) for size, a in zip(length, chain.angles_rad, strict=True)]
+    lefts = [place - part * bar for place, part, bar in zip(places, share, bars, strict=True)]
+    pairs = itertools.pairwise(zip(lefts, bars, length, strict=True))
+    gaps = [abs(other - (left + bar)) / min(a, b) for (left, bar, a), (other, _, b) in pairs]
     return max(((i + 1, gap) for i, gap in enumerate(gaps)), key=lambda found: found[1], default=(0, 0.0))

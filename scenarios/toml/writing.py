@@ -99,11 +99,13 @@ def orbit_table(orbit: Orbit) -> Data:
 def chain_table(chain: Chain) -> Data:
     """Table of the bars and end bodies; angles that are no numbers of degrees are in radians."""
     found = table(chain)
+    if not chain.com_share:
+        del found["com_share"]
     bodies = [{"at": end} for end in found.pop("end_bodies")]
     for body, bar in zip(bodies, chain.bodies, strict=True):
         length = chain.length_m[bar - 1]
         body |= dict(zip(BODY, (chain.mass_kg[bar - 1], chain.inertia_kg_m2[bar - 1], 0.5 * length), strict=True))
-    for key in MATERIAL_KEYS if bodies else ():
+    for key in set(MATERIAL_KEYS) & set(found) if bodies else ():
         found[key] = [value for bar, value in enumerate(found[key], 1) if bar not in chain.bodies]
     found |= {"end_body": bodies} if bodies else {}
     if any(

@@ -50,10 +50,10 @@ FOURTH_ORDER_ERROR_RAD = 1e-5
 PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
 NO_PHYSICS = {"title", "source", "description", "tags", "orbits", "samples"}
 OTHER_WAY = {
-    "centre_m", "start", "end_body", "angle_rad", "rate_deg_s", "rate_rad_s", *STATE, *ELEMENTS,
+    "centre_m", "start", "end_body", "joint_mass", "angle_rad", "rate_deg_s", "rate_rad_s", *STATE, *ELEMENTS,
 }  # fmt: skip
 """Keys that give numbers of other keys in another way: an engine sees no difference"""
-OTHER_TABLES = {"`[start]`", "`[[chain.end_body]]`"}
+OTHER_TABLES = {"`[start]`", "`[[chain.end_body]]`", "`[[chain.joint_mass]]`"}
 """Tables of such keys"""
 WITH_ANOTHER = {"times_s"}
 """Keys that may be left out with another one only"""
@@ -97,7 +97,7 @@ def test_the_stages_hold_every_scene_of_its_folder_once() -> None:
 
 
 def test_every_effect_that_an_engine_can_declare_stands_in_a_scene() -> None:
-    assert frozenset().union(*(scene_of(name).effects.names for name in SCENES)) == all_effect_names()
+    assert frozenset().union(*(scene_of(name).needs for name in SCENES)) == all_effect_names()
 
 
 @pytest.mark.parametrize(("table", "key", "default"), keys_of_scenes(), ids=lambda value: str(value).strip("`"))
@@ -180,7 +180,7 @@ def test_between_few_samples_a_bar_turns_by_more_than_half_a_turn() -> None:
 
 def test_an_engine_that_lacks_effects_is_given_the_scenes_without_them() -> None:
     lacking = frozenset({"drag", "impulse", "gravity.slender", "thrust.body", "solar_pressure.shadow"})
-    names = frozenset().union(*(without(scene_of(name), lacking).effects.names for name in STAGES[TOGETHER]))
+    names = frozenset().union(*(without(scene_of(name), lacking).needs for name in STAGES[TOGETHER]))
     assert not names & lacking
     assert names >= {"solar_pressure", "thrust.inertial", "gravity.quadrupole"}
     shorter = without(scene_of("conform/together_3"), lacking)

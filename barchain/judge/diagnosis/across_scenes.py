@@ -158,8 +158,8 @@ def in_common(failed: Sequence[Scene], passed: Iterable[Scene]) -> str:
     right = list(passed)
     if not failed or not right:
         return ""
-    effects = sorted(set.intersection(*(set(s.effects.names) for s in failed)))
+    effects = sorted(set.intersection(*(set(s.needs) for s in failed)))
     found = [words for words, has in TRAITS if all(map(has, failed)) and not any(map(has, right))]
-    found += [name for name in effects if not any(name in s.effects.names for s in right)]
+    found += [name for name in effects if not any(name in s.needs for s in right)]
     verb = "fails" if len(failed) == 1 else "fail"
     return f" Of these scenes, {plural(len(failed), 'scene')} with {found[0]} {verb} alone." if found else ""

@@ -131,9 +131,9 @@ class Right:
     def end(self, bar: int, side: float) -> tuple[Array, Array]:
         """Position and velocity of the left (-1) or right end (+1) of a bar, (n, 2) m and m/s."""
         along, across = directions(self.array(ANGLE)[:, bar])
-        half_m = side * chain_model(self.scene).half_m[bar]
-        rate = self.array(RATE)[:, bar, None]
-        return self.places[:, bar] + half_m * along, self.speeds[:, bar] + half_m * rate * across
+        chain, rate = self.scene.chain, self.array(RATE)[:, bar, None]
+        lever_m = chain.right_m[bar] if side > 0.0 else -chain.left_m[bar]
+        return self.places[:, bar] + lever_m * along, self.speeds[:, bar] + lever_m * rate * across
 
 
 @dataclass(frozen=True)

@@ -49,14 +49,14 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
     others = {name: r for name, r in ENGINES.items() if name not in requested and r.in_default_set}
     failures: dict[str, str] = {}
     independent = loaded({name: r for name, r in requested.items() if not r.missing}, failures)
-    supporting = [name for name, e in loaded(others, failures).items() if scene.effects.names.issubset(e.effects)]
+    supporting = [name for name, e in loaded(others, failures).items() if scene.needs.issubset(e.effects)]
     installed = {name for name, r in (others | dict(requested)).items() if not r.missing}
     committed = committed_tables().get(physics_digest(scene))
     return {
         "lack": {
             name: sorted(lacking)
             for name, engine in independent.items()
-            if (lacking := scene.effects.names.difference(engine.effects))
+            if (lacking := scene.needs.difference(engine.effects))
         },
         "instants": unaligned_instants(scene, independent),
         "not_requested": [name for name in supporting if name in installed],

@@ -195,6 +195,8 @@ def why_not_gravity(scene: Scene, model: Gravity) -> str:
     if model is Gravity.NONE and (effects.oblateness or effects.third_body):
         return "the scene has fields besides the central body's, which need its pull"
     bars = zip(chain.mass_kg, chain.length_m, chain.inertia_kg_m2, strict=True)
+    if model is Gravity.SLENDER and chain.com_share:
+        return "the bars are not uniform: their centres of mass are not midway between their ends"
     for j, (mass, length, inertia) in enumerate(bars, start=1):
         slender = mass * length * length / 12.0
         if model is Gravity.SLENDER and abs(inertia - slender) > SLENDER_SLACK * slender:

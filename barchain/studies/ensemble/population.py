@@ -194,7 +194,7 @@ def batch(population: Population, rtol: float) -> Batch:
     return Batch(
         np.full(runs, mu),
         layout.GRAVITY_CODES[POINT_PART[scene.effects.gravity]],
-        layout.bar_rows(population.mass_kg, population.length_m, population.inertia_kg_m2),
+        layout.bar_rows(population.mass_kg, population.length_m, population.inertia_kg_m2, model.com_share),
         laws(population),
         effects_in_one_segment(scene, model),
         layout.pack(com, velocity, angle, rate),

@@ -138,7 +138,7 @@ class SelftestStudy:
         return {
             "host": self.host,
             "roles": [str(Role.MAIN), str(Role.FINER)],
-            "scenes": {s.name: scene_words(s) | {"effects": sorted(s.effects.names)} for s in self.scenes},
+            "scenes": {s.name: scene_words(s) | {"effects": sorted(s.needs)} for s in self.scenes},
             "faults": {
                 f.name: {
                     "words": f.words,

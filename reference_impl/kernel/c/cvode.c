@@ -34,12 +34,12 @@ int cvode_height(double t_s, void *state, double *height, void *user_data)
 /* Least distance of any point of a chain from the surface, m. */
 double height_above_surface(const double *y, const cvode_data *own)
 {
-    int64_t n = own->half_m.length;
-    const double *half = own->half_m.value, *weight = own->weight.value;
+    int64_t n = own->left_m.length;
+    const double *left = own->left_m.value, *right = own->right_m.value, *weight = own->weight.value;
     double x = 0.0, z = 0.0, mean_x = 0.0, mean_z = 0.0, least = INFINITY;
     for (int64_t i = 1; i < n; i++) {
-        x += half[i - 1] * cos(y[i - 1]) + half[i] * cos(y[i]);
-        z += half[i - 1] * sin(y[i - 1]) + half[i] * sin(y[i]);
+        x += right[i - 1] * cos(y[i - 1]) + left[i] * cos(y[i]);
+        z += right[i - 1] * sin(y[i - 1]) + left[i] * sin(y[i]);
         mean_x += weight[i] * x;
         mean_z += weight[i] * z;
     }
@@ -48,10 +48,10 @@ double height_above_surface(const double *y, const cvode_data *own)
     for (int64_t i = 0; i < n; i++) {
         double ux = cos(y[i]), uz = sin(y[i]);
         if (i > 0) {
-            x += half[i] * ux + half[i - 1] * cos(y[i - 1]);
-            z += half[i] * uz + half[i - 1] * sin(y[i - 1]);
+            x += left[i] * ux + right[i - 1] * cos(y[i - 1]);
+            z += left[i] * uz + right[i - 1] * sin(y[i - 1]);
         }
-        double foot = fmin(fmax(-(ux * x + uz * z), -half[i]), half[i]); /* nearest point of the bar, from its centre */
+        double foot = fmin(fmax(-(ux * x + uz * z), -left[i]), right[i]); /* nearest point of the bar, from its centre */
         least = fmin(least, hypot(x + foot * ux, z + foot * uz));
     }
     return least - own->body_radius_m;

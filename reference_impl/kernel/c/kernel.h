@@ -40,7 +40,7 @@ typedef struct {
 typedef struct {
     double mu_m3_s2;
     int64_t gravity; /* NO_GRAVITY, POINT or GRADIENT of chain/layout.h */
-    matrix bars;     /* (10, N) rows of constants, see chain/layout.h */
+    matrix bars;     /* (15, N) rows of constants, see chain/layout.h */
     matrix laws;     /* (P, 4+8T) columns, see chain/laws.h */
     const effect *const *effects;
     int64_t effect_count;
@@ -79,7 +79,7 @@ typedef struct {
 typedef struct {
     vector mu_m3_s2; /* (runs,) */
     int64_t gravity;
-    matrix bars;     /* (10 runs, N) as in chain */
+    matrix bars;     /* (15 runs, N) as in chain */
     matrix laws;     /* (P runs, 4+8T) as in chain */
     const effect *const *effects;
     int64_t effect_count;
@@ -101,7 +101,7 @@ typedef struct {
     number *(*numbers_of)(void *vector);
     const chain *chain;
     workspace *work;
-    vector half_m; /* (N,) */
+    vector left_m, right_m; /* (N,) distances of the ends from the centres of mass */
     vector weight; /* (N,) */
     double body_radius_m;
     vector counts; /* (3,) */

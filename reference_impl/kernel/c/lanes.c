@@ -6,8 +6,8 @@
  * time in a second group, from which lanes are refilled. Samples of a step come from its interpolant, W samples of a
  * chain at a time; the reactions at the samples are evaluated when the chain has arrived, again W at a time.
  *
- * Lanes serve free chains with gravity alone. Prescribed rotations, effects and ill-conditioned chains stay with
- * integrate_batch, and so do chains that lanes give back: those that may touch the surface, lose a joint, or turn beyond
+ * Lanes serve free chains of equal levers with gravity alone. Prescribed rotations, effects, unequal levers and
+ * ill-conditioned chains stay with integrate_batch, and so do chains that lanes give back: those that may touch the surface, lose a joint, or turn beyond
  * the range of the sine.
  */
 #define LANES
@@ -38,7 +38,7 @@ typedef struct {
 static flag evaluate(real t_s, const real *y, real *rates, motion m)
 {
     (void)t_s;
-    return evaluate_free_chain(m.n, m.gravity, m.g->mu, m.g->bars, y, rates, m.g->rows);
+    return evaluate_free_chain(m.n, m.gravity, m.g->mu, m.g->bars, y, rates, m.g->rows, false);
 }
 
 #include "steps/step_bounds.h"

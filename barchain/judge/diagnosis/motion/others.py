@@ -108,6 +108,13 @@ def of_chain(scene: Scene) -> Made:
     ):  # fmt: skip
         chain = dataclasses.replace(c, mass_kg=values[0], length_m=values[1], inertia_kg_m2=values[2])
         yield name, f"the {words}", dataclasses.replace(scene, chain=chain)
+    for name, words, share in (
+        ("midway", "taken midway between the ends", ()),
+        ("from-right", "counted from the right ends", tuple(1.0 - share for share in c.com_share)),
+        ("reversed", "in reversed order", c.com_share[::-1]),
+    ) if c.com_share else ():  # fmt: skip
+        chain = dataclasses.replace(c, com_share=share)
+        yield f"centres-{name}", f"the bars' centres of mass are {words}", dataclasses.replace(scene, chain=chain)
 
 
 def of_drag(scene: Scene) -> Made:

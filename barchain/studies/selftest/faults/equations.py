@@ -16,6 +16,7 @@ from barchain.studies.selftest.faults import reasons
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from reference_impl.model import relative
 from reference_impl.model.gravity import point_field
+from reference_impl.model.kinematics import by_levers
 from reference_impl.model.relative import ReactionSolution, external_accelerations
 
 if TYPE_CHECKING:
@@ -73,10 +74,10 @@ def wrong_lever(size: float) -> AbstractContextManager[object]:
     del size
 
     def levered(self: ReactionSolution, reaction: ComplexArray) -> Array:
-        sums = np.zeros(self.model.bars, complex)
-        sums[:-1] += reaction
-        sums[1:] -= reaction
-        turned: Array = self.model.lever * (self.unit.conj() * sums).imag
+        before, after = np.zeros((2, self.model.bars), complex)
+        after[:-1] = before[1:] = reaction
+        before, after = by_levers(self.model, before, after)
+        turned: Array = self.model.lever * (self.unit.conj() * (after - before)).imag
         return turned
 
     return patch.object(ReactionSolution, "rotation_from_reactions", levered)

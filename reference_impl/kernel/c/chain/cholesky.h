@@ -18,7 +18,7 @@ static const double DIVERGED = 1e-6;     /* last correction over the reactions, 
  *
  * Rows L hold each joint's factor, rows H the coupling to the next joint's block.
  */
-static bool solve_by_cholesky(int64_t n, const real *bars, real *rows)
+static inline bool solve_by_cholesky(int64_t n, const real *bars, real *rows, const bool levers)
 {
     const real *kxx = rows + KXX * n, *kxy = rows + KXY * n, *kyy = rows + KYY * n;
     real *lxx = rows + LXX * n, *lxy = rows + LXY * n, *lyy = rows + LYY * n;
@@ -27,8 +27,11 @@ static bool solve_by_cholesky(int64_t n, const real *bars, real *rows)
     real x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
     for (int64_t j = 0; j < n - 1; j++) {
         real w = bars[INVERSE_MASS * n + j], other = bars[INVERSE_MASS * n + j + 1];
-        real dxx = (w + other) + (kxx[j] + kxx[j + 1]), dxy = kxy[j] + kxy[j + 1];
-        real dyy = (w + other) + (kyy[j] + kyy[j + 1]);
+        real beta = SHARE(BETA, j), alpha = SHARE(ALPHA, j + 1), mixed = alpha * SHARE(BETA, j + 1);
+        beta *= beta;
+        alpha *= alpha;
+        real dxx = (w + other) + (beta * kxx[j] + alpha * kxx[j + 1]), dxy = beta * kxy[j] + alpha * kxy[j + 1];
+        real dyy = (w + other) + (beta * kyy[j] + alpha * kyy[j + 1]);
         real pivot = dxx - xx;
         if (pivot <= ROUNDING * dxx) /* the stepper detects NaN */
             return false;
@@ -40,10 +43,10 @@ static bool solve_by_cholesky(int64_t n, const real *bars, real *rows)
         lyy[j] = root(pivot);
         real zx = ((rows[LEFT * n + j + 1] - rows[RIGHT * n + j]) - x) / lxx[j];
         real zy = ((rows[LEFT_Y * n + j + 1] - rows[RIGHT_Y * n + j]) - y - lxy[j] * zx) / lyy[j];
-        real uxx = kxx[j + 1] - other, uyy = kyy[j + 1] - other;
+        real uxx = mixed * kxx[j + 1] - other, uxy = mixed * kxy[j + 1], uyy = mixed * kyy[j + 1] - other;
         hxx[j] = uxx / lxx[j];
-        hyx[j] = kxy[j + 1] / lxx[j];
-        hxy[j] = (kxy[j + 1] - lxy[j] * hxx[j]) / lyy[j];
+        hyx[j] = uxy / lxx[j];
+        hxy[j] = (uxy - lxy[j] * hxx[j]) / lyy[j];
         hyy[j] = (uyy - lxy[j] * hyx[j]) / lyy[j];
         rx[j] = zx;
         ry[j] = zy;
@@ -65,20 +68,20 @@ static bool solve_by_cholesky(int64_t n, const real *bars, real *rows)
 }
 
 /* Rows R: force on bar j from bar j+1, by rows LEFT, RIGHT and K; false if a pivot is lost in round-off. */
-static inline bool reactions(int64_t n, const real *bars, real *rows)
+static inline bool reactions(int64_t n, const real *bars, real *rows, const bool levers)
 {
     if (n == 1)
         return true;
-    if (bars[ILL_CONDITIONED * n] != 0.0 && solve_by_cholesky(n, bars, rows))
+    if (bars[ILL_CONDITIONED * n] != 0.0 && solve_by_cholesky(n, bars, rows, levers))
         return true;
-    return !solve_by_sweeps(n, bars, rows);
+    return !solve_by_sweeps(n, bars, rows, levers);
 }
 
 /* Rows LEFT of the bars right of each joint: residual relative accelerations under the reactions, copied to rows D.
  *
  * Neighbouring reactions are subtracted before any multiplication: the difference of nearly equal reactions is exact.
  */
-static void residual_openings(int64_t n, const real *bars, real *rows)
+static inline void residual_openings(int64_t n, const real *bars, real *rows, const bool levers)
 {
     const real *ux = rows + UX * n, *uy = rows + UY * n;
     real before_x = 0.0, before_y = 0.0, pulled_x = 0.0, pulled_y = 0.0, swung_x = 0.0, swung_y = 0.0;
@@ -86,21 +89,23 @@ static void residual_openings(int64_t n, const real *bars, real *rows)
         real x = i < n - 1 ? rows[RX * n + i] : 0.0, y = i < n - 1 ? rows[RY * n + i] : 0.0;
         rows[DX * n + i] = x;
         rows[DY * n + i] = y;
-        real turned = bars[COMPLIANCE * n + i] * (ux[i] * (y + before_y) - uy[i] * (x + before_x));
+        real sum_x = SHARE(BETA, i) * x + SHARE(ALPHA, i) * before_x;
+        real sum_y = SHARE(BETA, i) * y + SHARE(ALPHA, i) * before_y;
+        real turned = bars[COMPLIANCE * n + i] * (ux[i] * sum_y - uy[i] * sum_x);
         real pull_x = bars[INVERSE_MASS * n + i] * (x - before_x);
         real pull_y = bars[INVERSE_MASS * n + i] * (y - before_y);
         real swing_x = -turned * uy[i], swing_y = turned * ux[i];
         rows[RIGHT * n + i] = rows[RIGHT_Y * n + i] = rows[LEFT * n + i] = rows[LEFT_Y * n + i] = 0.0;
         if (i > 0) {
-            rows[LEFT * n + i] = rows[BX * n + i - 1] + ((pull_x - pulled_x) - (swing_x + swung_x));
-            rows[LEFT_Y * n + i] = rows[BY * n + i - 1] + ((pull_y - pulled_y) - (swing_y + swung_y));
+            rows[LEFT * n + i] = rows[BX * n + i - 1] + ((pull_x - pulled_x) - (SHARE(ALPHA, i) * swing_x + swung_x));
+            rows[LEFT_Y * n + i] = rows[BY * n + i - 1] + ((pull_y - pulled_y) - (SHARE(ALPHA, i) * swing_y + swung_y));
         }
         before_x = x;
         before_y = y;
         pulled_x = pull_x;
         pulled_y = pull_y;
-        swung_x = swing_x;
-        swung_y = swing_y;
+        swung_x = SHARE(BETA, i) * swing_x;
+        swung_y = SHARE(BETA, i) * swing_y;
     }
 }
 
@@ -108,7 +113,7 @@ static void residual_openings(int64_t n, const real *bars, real *rows)
  *
  * Rows B keep the relative accelerations of the joined ends without reactions; rows LEFT become the residuals.
  */
-static bool refine(int64_t n, const real *bars, real *rows)
+static inline bool refine(int64_t n, const real *bars, real *rows, const bool levers)
 {
     real *rx = rows + RX * n, *ry = rows + RY * n;
     for (int64_t j = 0; j < n - 1; j++) {
@@ -118,8 +123,8 @@ static bool refine(int64_t n, const real *bars, real *rows)
     bool well = true;
     real correction = 0.0, total = 0.0;
     for (int k = 0; k < REFINEMENTS; k++) {
-        residual_openings(n, bars, rows);
-        well = reactions(n, bars, rows) && well;
+        residual_openings(n, bars, rows, levers);
+        well = reactions(n, bars, rows, levers) && well;
         correction = total = 0.0;
         for (int64_t j = 0; j < n - 1; j++) {
             correction = larger(magnitude(rx[j]), correction);

@@ -60,7 +60,7 @@ static inline void com_acceleration(int64_t n, real pull, const real *restrict b
 
 /* Rows LEFT and RIGHT: accelerations of the bars' ends without reactions; rows K: c n n^T. */
 static inline void end_accelerations(int64_t n, const real *restrict bars, const real *restrict rate,
-                                     real *restrict rows)
+                                     real *restrict rows, const bool levers)
 {
     const real *restrict half = bars + HALF * n, *restrict compliance = bars + COMPLIANCE * n;
     const real *restrict ux = rows + UX * n, *restrict uy = rows + UY * n, *restrict angular = rows + ANGULAR * n;
@@ -73,10 +73,10 @@ static inline void end_accelerations(int64_t n, const real *restrict bars, const
         real centripetal = rate[i] * rate[i];
         real ex = -half[i] * (uy[i] * angular[i] + ux[i] * centripetal);
         real ey = half[i] * (ux[i] * angular[i] - uy[i] * centripetal);
-        left_x[i] = gx[i] - ex;
-        left_y[i] = gy[i] - ey;
-        right_x[i] = gx[i] + ex;
-        right_y[i] = gy[i] + ey;
+        left_x[i] = gx[i] - SHARE(ALPHA, i) * ex;
+        left_y[i] = gy[i] - SHARE(ALPHA, i) * ey;
+        right_x[i] = gx[i] + SHARE(BETA, i) * ex;
+        right_y[i] = gy[i] + SHARE(BETA, i) * ey;
         real cx = -compliance[i] * uy[i], cy = compliance[i] * ux[i];
         kxx[i] = -cx * uy[i];
         kxy[i] = cx * ux[i];

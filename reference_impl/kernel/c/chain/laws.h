@@ -70,7 +70,7 @@ static real rotation_per_unit_torque(const real *law, int64_t bar, int64_t n, co
 }
 
 /* workspace.responses: reactions to a unit of each prescribed torque, by the same sweeps. */
-static bool unit_torque_reactions(int64_t n, const chain *chain, workspace *work)
+static inline bool unit_torque_reactions(int64_t n, const chain *chain, workspace *work, const bool levers)
 {
     const real *bars = chain->bars.value;
     real *rows = work->bars.value;
@@ -78,14 +78,15 @@ static bool unit_torque_reactions(int64_t n, const chain *chain, workspace *work
     for (int64_t k = 0; k < chain->laws.rows; k++) {
         for (int64_t i = 0; i < n; i++) {
             real turned = bars[HALF * n + i] * rotation_per_unit_torque(law_of(chain, k), i, n, bars);
-            rows[RIGHT * n + i] = -turned * rows[UY * n + i];
-            rows[RIGHT_Y * n + i] = turned * rows[UX * n + i];
-            rows[LEFT * n + i] = turned * rows[UY * n + i];
-            rows[LEFT_Y * n + i] = -turned * rows[UX * n + i];
+            real left = SHARE(ALPHA, i) * turned, right = SHARE(BETA, i) * turned;
+            rows[RIGHT * n + i] = -right * rows[UY * n + i];
+            rows[RIGHT_Y * n + i] = right * rows[UX * n + i];
+            rows[LEFT * n + i] = left * rows[UY * n + i];
+            rows[LEFT_Y * n + i] = -left * rows[UX * n + i];
         }
-        well = reactions(n, bars, rows) && well;
+        well = reactions(n, bars, rows, levers) && well;
         if (bars[REFINED * n] != 0.0)
-            well = refine(n, bars, rows) && well;
+            well = refine(n, bars, rows, levers) && well;
         real *response = work->responses.value + 2 * k * n;
         for (int64_t j = 0; j < n - 1; j++) {
             response[j] = rows[RX * n + j];
@@ -95,19 +96,19 @@ static bool unit_torque_reactions(int64_t n, const chain *chain, workspace *work
     return well;
 }
 
-/* Sum R_j + R_{j-1}, or difference R_j - R_{j-1}, of the reactions on a bar. */
-static inline pair reactions_on(int64_t n, int64_t bar, real sign, const real *x, const real *y)
+/* Sum of the reactions R_j and R_{j-1} on a bar, each times a factor. */
+static inline pair reactions_on(int64_t n, int64_t bar, real after, real before, const real *x, const real *y)
 {
     real after_x = bar < n - 1 ? x[bar] : 0.0, after_y = bar < n - 1 ? y[bar] : 0.0;
     real before_x = bar > 0 ? x[bar - 1] : 0.0, before_y = bar > 0 ? y[bar - 1] : 0.0;
-    return (pair){after_x + sign * before_x, after_y + sign * before_y};
+    return (pair){after * after_x + before * before_x, after * after_y + before * before_y};
 }
 
-/* Angular acceleration of `bar` from reactions (x, y): (l/2J) n.(R_j + R_{j-1}). */
-static real rotation_from_reactions(int64_t n, int64_t bar, const real *x, const real *y, const real *bars,
-                                      const real *rows)
+/* Angular acceleration of `bar` from reactions (x, y): (l/2J) n.(beta R_j + alpha R_{j-1}). */
+static inline real rotation_from_reactions(int64_t n, int64_t bar, const real *x, const real *y, const real *bars,
+                                           const real *rows, const bool levers)
 {
-    pair sum = reactions_on(n, bar, 1.0, x, y);
+    pair sum = reactions_on(n, bar, SHARE(BETA, bar), SHARE(ALPHA, bar), x, y);
     return bars[LEVER * n + bar] * (rows[UX * n + bar] * sum.y - rows[UY * n + bar] * sum.x);
 }
 
@@ -123,7 +124,7 @@ static real actual_angle_acceleration(int64_t n, const real *law, real angular, 
     if (law[FRAME] != LOCAL_HORIZONTAL)
         return angular;
     int64_t bar = (int64_t)law[BAR];
-    pair pull = reactions_on(n, bar, -1.0, x, y);
+    pair pull = reactions_on(n, bar, 1.0, -1.0, x, y);
     real turned = bars[INVERSE_MASS * n + bar] * (place.x * pull.y - place.y * pull.x);
     return angular - turned / (place.x * place.x + place.y * place.y);
 }
@@ -138,15 +139,16 @@ static real noncentral_longitude_acceleration(int64_t n, const real *law, pair p
 }
 
 /* Position and velocity of a bar's centre from the centre of the body. */
-static void bar_position_and_velocity(int64_t n, int64_t bar, const real *y, const real *bars, const real *rows,
-                                      pair *position, pair *velocity)
+static inline void bar_position_and_velocity(int64_t n, int64_t bar, const real *y, const real *bars, const real *rows,
+                                             pair *position, pair *velocity, const bool levers)
 {
     real place_x = 0.0, place_y = 0.0, motion_x = 0.0, motion_y = 0.0;
     real centre_x = 0.0, centre_y = 0.0, drift_x = 0.0, drift_y = 0.0;
     real x = 0.0, z = 0.0, vx = 0.0, vz = 0.0;
     for (int64_t i = 0; i < n; i++) {
         real half = bars[HALF * n + i], share = bars[WEIGHT * n + i], rate = y[n + 2 + i];
-        real rx = half * rows[UX * n + i], rz = half * rows[UY * n + i];
+        real alpha = SHARE(ALPHA, i) * half, beta = SHARE(BETA, i) * half;
+        real rx = alpha * rows[UX * n + i], rz = alpha * rows[UY * n + i];
         if (i > 0) {
             x += rx;
             z += rz;
@@ -163,6 +165,8 @@ static void bar_position_and_velocity(int64_t n, int64_t bar, const real *y, con
         centre_y += share * z;
         drift_x += share * vx;
         drift_y += share * vz;
+        rx = beta * rows[UX * n + i];
+        rz = beta * rows[UY * n + i];
         x += rx;
         z += rz;
         vx -= rate * rz;
@@ -212,7 +216,8 @@ static void solve_dense(int64_t size, real *system, real *found)
 }
 
 /* workspace.torque_N_m, from the free reactions and the responses; adds the torques' part to the reactions. */
-static void apply_prescribed_torques(int64_t n, real t_s, const real *y, const chain *chain, workspace *work)
+static inline void apply_prescribed_torques(int64_t n, real t_s, const real *y, const chain *chain, workspace *work,
+                                            const bool levers)
 {
     const real *bars = chain->bars.value, *responses = work->responses.value;
     real *rows = work->bars.value, *system = work->torque_system.value, *torque = work->torque_N_m.value;
@@ -222,10 +227,11 @@ static void apply_prescribed_torques(int64_t n, real t_s, const real *y, const c
         const real *law = law_of(chain, k);
         int64_t bar = (int64_t)law[BAR];
         pair z, v;
-        bar_position_and_velocity(n, bar, y, bars, rows, &z, &v);
-        real angular = rows[ANGULAR * n + bar] + rotation_from_reactions(n, bar, free_x, free_y, bars, rows);
+        bar_position_and_velocity(n, bar, y, bars, rows, &z, &v, levers);
+        real angular = rows[ANGULAR * n + bar] + rotation_from_reactions(n, bar, free_x, free_y, bars, rows, levers);
         if (law[FRAME] == PREVIOUS_BAR)
-            angular -= rows[ANGULAR * n + bar - 1] + rotation_from_reactions(n, bar - 1, free_x, free_y, bars, rows);
+            angular -= rows[ANGULAR * n + bar - 1]
+                       + rotation_from_reactions(n, bar - 1, free_x, free_y, bars, rows, levers);
         real lacking = prescribed_angle_acceleration(chain, k, t_s, z, v)
                          - actual_angle_acceleration(n, law, angular, free_x, free_y, z, bars);
         real *row = system + k * (count + 1);
@@ -235,10 +241,10 @@ static void apply_prescribed_torques(int64_t n, real t_s, const real *y, const c
         for (int64_t other = 0; other < count; other++) {
             const real *second = law_of(chain, other);
             const real *rx = responses + 2 * other * n, *ry = rx + n;
-            real turned = rotation_from_reactions(n, bar, rx, ry, bars, rows)
+            real turned = rotation_from_reactions(n, bar, rx, ry, bars, rows, levers)
                             + rotation_per_unit_torque(second, bar, n, bars);
             if (law[FRAME] == PREVIOUS_BAR)
-                turned -= rotation_from_reactions(n, bar - 1, rx, ry, bars, rows)
+                turned -= rotation_from_reactions(n, bar - 1, rx, ry, bars, rows, levers)
                           + rotation_per_unit_torque(second, bar - 1, n, bars);
             /* nondimensional, as pivots chosen across bars of very different size lose the laws of light bars */
             real unit = law[UNIT] * second[UNIT];

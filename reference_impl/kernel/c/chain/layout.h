@@ -12,12 +12,21 @@ enum bar_constants {
     COMPLIANCE,      /* c = l^2/4J, 1/kg */
     LEVER,           /* l/2J, 1/(kg m) */
     INVERSE_INERTIA, /* 1/J, 1/(kg m^2) */
-    PASSED,          /* 2/(w + c), kg */
-    FREED,           /* 4w/(w + c) */
+    PASSED,          /* 2 alpha/(w + alpha^2 c), kg, of the sweep from the left */
+    FREED,           /* 4w/(w + alpha^2 c) */
     ILL_CONDITIONED, /* 1 in ill-conditioned chains, else 0 */
     REFINED,         /* 1 if reactions are refined, else 0 */
+    UNEQUAL,         /* 1 in chains with a centre of mass that is not midway, else 0 */
+    ALPHA,           /* distance of the left end from the centre of mass, over l/2 */
+    BETA,            /* that of the right end */
+    PASSED_RIGHT,    /* 2 beta/(w + beta^2 c), of the sweep from the right */
+    FREED_RIGHT,     /* 4w/(w + beta^2 c) */
     CONSTANT_ROWS
 };
+
+/* Share of row ALPHA or BETA in functions with a parameter `levers`: whether the chain's levers are unequal. All calls
+ * pass a constant, so that chains with equal levers have code of their own, in which no share occurs. */
+#define SHARE(row, i) (levers ? bars[(row) * n + (i)] : every(1.0))
 
 /* Rows of workspace.bars. Rows D and B serve the refinement of reactions once the effects are added. */
 enum scratch_rows {
