@@ -21,6 +21,14 @@ R_j is the force on bar j from bar j+1 (R_0 = R_N = 0), F the sum of all forces 
     J theta'' = K + h n . (R_j + R_{j-1})
 and the two ends at every joint stay together."""
 
+LEVERS = (
+    "The centre of mass of bar j is not midway: with a = com_share_j l and b = l - a its right end is Z + b u and its left "
+    "end Z - a u, wherever the laws have Z + h u and Z - h u. J theta'' = K + n . (b R_j + a R_{j-1}), and alike for an "
+    "impulse at an end: b u x I at the right one, -a u x I at the left one, and n . (b P_j + a P_{j-1}). Z, J and the "
+    "angles at the start belong to the centre of mass."
+)
+"""Law of bars whose ends are at unequal distances from the centre of mass"""
+
 LAWS: dict[str, str] = {
     "gravity.none": "No gravity.",
     "gravity.point": "F = -mu m Z/r^3; no torque.",
@@ -96,8 +104,9 @@ def laws_of(scene: Scene) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        By the effect's key in the scene; gravity first.
+        By the effect's key in the scene; gravity first, and before it `com_share` of a chain that has it.
     """
     effects = scene.effects
     others = [name for name in LAWS if not name.startswith("gravity.") and getattr(effects, name)]
-    return {"gravity": LAWS[f"gravity.{effects.gravity}"]} | {name: LAWS[name] for name in others}
+    found = {"com_share": LEVERS} if scene.chain.com_share else {}
+    return found | {"gravity": LAWS[f"gravity.{effects.gravity}"]} | {name: LAWS[name] for name in others}

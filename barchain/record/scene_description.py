@@ -141,6 +141,7 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
         "flight_path_deg": math.degrees(scene.orbit.flight_path_rad),
         "eccentricity": scene.orbit.eccentricity,
         "end_bodies": list(scene.chain.bodies),
+        "com_share": list(scene.chain.com_share),
         "body_radius_m": scene.central_body.radius_m,
         "mean_motion_rad_s": scene.mean_motion_rad_s,
         "prescribed": [

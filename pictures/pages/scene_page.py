@@ -64,6 +64,7 @@ def facts(scene: Scene, page: Path) -> list[tuple[str, str]]:
         ("bars", str(scene.bars) + "".join(f", bar {bar} an end body" for bar in scene.chain.bodies)),
         ("masses", each(scene.chain.mass_kg, "kg")),
         ("lengths", each(scene.chain.length_m, "m")),
+        *([("centres of mass", each(scene.chain.left_m, "m from the left end"))] if scene.chain.com_share else []),
         ("orbit", orbit_text(scene)),
         ("duration", f"{duration_text(scene)}, {scene.run.samples} samples"),
         ("gravity and effects", ", ".join(effect_links(scene, page))),

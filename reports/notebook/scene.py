@@ -74,6 +74,7 @@ def drawing(scene: Scene) -> Markup:
         scene.period_s,
         scene.bound,
         scene.chain.bodies,
+        scene.chain.com_share,
     )
     path, start = osculating(scene), polar(scene.radius0_m, scene.orbit.longitude_rad)
     factor = SHARE * 2.0 * math.pi * scene.radius0_m / INSTANTS / scene.size_m

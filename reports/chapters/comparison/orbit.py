@@ -55,6 +55,8 @@ class Geometry(NamedTuple):
     """Whether the orbit returns, so that a panel is one revolution"""
     bodies: tuple[int, ...] = ()
     """Bars that are end bodies, counted from 1"""
+    com_share: tuple[float, ...] = ()
+    """Shares of the lengths from the left ends to the centres of mass; empty: midway"""
 
 
 class DrawnMotion(NamedTuple):
@@ -117,7 +119,8 @@ def joints(geometry: Geometry, angle_rad: Array) -> Array:
     """
     u = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1) * geometry.length_m[:, None]
     ends = np.concatenate([np.zeros((len(u), 1, 2)), np.cumsum(u, axis=1)], axis=1)
-    centres = 0.5 * (ends[:, 1:] + ends[:, :-1])
+    share = np.array(geometry.com_share or 0.5)[..., None]
+    centres = (1.0 - share) * ends[:, :-1] + share * ends[:, 1:]
     centre = np.einsum("j,njk->nk", geometry.mass_kg / geometry.mass_kg.sum(), centres)
     around: Array = ends - centre[:, None, :]
     return around

@@ -118,7 +118,8 @@ def orbits_of(data: SceneData) -> list[Panel]:
         return []
     radius = 0.0 if s.text("gravity") == "none" else s.value("body_radius_m") or 0.0
     bodies = tuple(map(int, s.values("end_bodies")))
-    geometry = Geometry(np.array(length), np.array(mass), radius, s.period_s or 1.0, s.closed, bodies)
+    share = tuple(s.values("com_share"))
+    geometry = Geometry(np.array(length), np.array(mass), radius, s.period_s or 1.0, s.closed, bodies, share)
     t_s, com = data.solution["t_s"].to_numpy(float), data.solution[["com_x_m", "com_y_m"]].to_numpy(float)
     return orbit_panels(data.id, geometry, DrawnMotion(t_s, com, angle, data.solution_end_s))
 

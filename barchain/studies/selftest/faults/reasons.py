@@ -36,6 +36,8 @@ def papers_own(solution: ReferenceSolution) -> str:
     called = solution.scene.effects
     if called.gravity is not Gravity.GRADIENT:
         return "the paper's form has gradient gravity alone"
+    if solution.scene.chain.com_share:
+        return "the paper's bars have their centres of mass midway"
     plain = called.names <= {"gravity.gradient", "impulse"} | {n for n in called.names if n.startswith("prescribed")}
     return "" if plain else "effects that the paper's form has not"
 
