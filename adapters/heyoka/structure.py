@@ -46,9 +46,9 @@ BAR = ("mass", "share", "half", "inertia", "end_inertia", "slender")
 LEVERS = ("left", "right", "lean")
 """Further ones where levers are unequal: a and b, the ends' distances from the centre of mass, and m a over l/2"""
 LAW = ("rate", "start", "amplitude")
+"""Parameters of a law's present turn: pi/t_m, start, amplitude over 16 (zero while the bar is held)"""
 SPLINE = ("rate", "start", "constant", "linear", "square", "cube")
 """Parameters of a piece of a spline: acceleration by powers of the share of its duration"""
-"""Parameters of a law's present turn: amplitude over 16 (zero while the bar is held), pi/t_m, start"""
 BODY = ("pull", "distance", "longitude", "rate")
 AIR = ("density", "radius", "height", "turn", "normal", "tangential")
 SUN = ("absorbed", "mirrored", "longitude", "rate")

@@ -19,7 +19,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 SOURCES, BUILT = HERE / "c", HERE / "built"
-UNITS = ("kernel.c", "wide.c", "lanes.c", "cvode.c")
+UNITS = ("kernel.c", "wide.c", "levers.c", "wide_levers.c", "lanes.c", "cvode.c")
 GIVEN_LIBRARY = "BARCHAIN_KERNEL"
 """Environment variable: library to load instead, one built with other flags"""
 NO_KERNEL = "BARCHAIN_NO_KERNEL"

@@ -69,12 +69,14 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 """Result and parameters of each function of ``c/kernel.h``; the functions for CVODE are called by CVODE alone"""
 
 
-IN_BOTH_TYPES = (
+IN_ALL_INSTANCES = (
     "source_digest", "layout_name", "layout_value", "effect_name", "evaluate_state", "evaluate_repeatedly", "observe",
     "advance_to", "take_partial_step", "make_interpolant", "interpolate_step", "take_samples", "begin_next_step",
     "integrate_batch",
 )  # fmt: skip
-"""Functions that the library has for doubles, and with the prefix ``wide_`` for the wide type: ``c/wide.c``"""
+"""Functions that the library has for each of `INSTANCES`"""
+INSTANCES = ("", "wide_", "levers_", "wide_levers_")
+"""Prefixes of functions: for doubles and equal levers, for the wide type, for unequal levers: ``c/wide.c``, ``levers.c``"""
 
 
 @cache
@@ -90,7 +92,8 @@ def library() -> ctypes.CDLL:
         path = library_file()
     found = ctypes.CDLL(str(path))
     for name, (result, parameters) in SIGNATURES.items():
-        for function in (getattr(found, name), *([getattr(found, f"wide_{name}")] if name in IN_BOTH_TYPES else [])):
+        for prefix in INSTANCES if name in IN_ALL_INSTANCES else ("",):
+            function = getattr(found, f"{prefix}{name}")
             function.restype, function.argtypes = result, parameters
     if other := [*other_numbers(found), *other_effects(found)]:
         raise KernelMissingError(f"{path}: not the layout of this package: {'; '.join(other)}")
@@ -116,9 +119,10 @@ def other_effects(found: ctypes.CDLL) -> Iterator[str]:
             yield f"effect {kind} is {there or 'none'} there, {name or 'none'} here"
 
 
-def function(name: str, number: Number) -> Any:
-    """Function of the library for one type of numbers."""
-    return getattr(library(), f"wide_{name}" if number is WIDE else name)
+def function(name: str, chain: CompiledChain) -> Any:
+    """Function of the library for the numbers and the levers of a chain."""
+    wide, levers = "wide_" * (chain.number is WIDE), "levers_" * bool(chain.bars[layout.UNEQUAL].any())
+    return getattr(library(), f"{wide}{levers}{name}")
 
 
 def address(name: str) -> int:
@@ -190,7 +194,7 @@ class Evaluation:
         words = check("y", y, y.shape, number), check("rates", rates, y.shape, number), *check_chain(chain, work)
         self.arrays = y, rates, chain, work
         self.words = tuple(map(c_void_p, words))
-        self.function, self.number = function("evaluate_state", number), number
+        self.function = function("evaluate_state", chain)
 
     def __call__(self, t_s: float) -> bool:
         """Compute the rates; False if the joint system is not positive definite in double precision."""
@@ -199,7 +203,7 @@ class Evaluation:
 
     def repeat(self, times: int) -> None:
         """Compute the rates a number of times, each after the one before."""
-        function("evaluate_repeatedly", self.number)(times, *self.words)
+        function("evaluate_repeatedly", self.arrays[2])(times, *self.words)
 
 
 def evaluate(t_s: float, y: Vector, rates: Vector, chain: CompiledChain, work: Workspace) -> bool:
@@ -239,7 +243,7 @@ class Observer:
             raise ValueError(f"y has {size} columns, allowed: 2N+4 = {2 * self.bars + 4} or more")
         if len(self.scratch) < size:
             self.scratch = np.zeros(size, dtype=self.number)
-        well: bool = function("observe", self.number)(
+        well: bool = function("observe", self.arrays[0])(
             n, check("t_s", t_s, (n,), self.number), check("y", y, (n, size), self.number), size,
             address_of(self.scratch), *self.words,
             check("reaction_N", reaction_N.reshape(-1), (n * (self.bars - 1) * 2,), self.number),
@@ -264,7 +268,7 @@ class Integrator:
         check("atol", atol, s.y.shape, self.number)
         self.stepper, self.ground, self.atol = s, ground, layout.VectorView(atol)
         self.chain_words = check_chain(chain, work)
-        self.arrays = chain, work
+        self.chain, self.work = chain, work
 
     def sample_into(self, t_s: Vector, rows: Matrix) -> None:
         """Bind sample instants (n,) and their states (n, size), which are filled as they are reached.
@@ -288,32 +292,32 @@ class Integrator:
             and MODE_ENDED the caller examines the step and calls again.
         """
         t_s, rows = (view.address for view in self.samples)
-        code: int = function("advance_to", self.number)(
+        code: int = function("advance_to", self.chain)(
             start_s, end_s, self.ground.address, t_s, rows, self.atol.address, self.stepper.address, *self.chain_words
         )
         return code
 
     def make_interpolant(self) -> None:
         """Compute the last step's interpolant."""
-        function("make_interpolant", self.number)(self.stepper.address, *self.chain_words)
+        function("make_interpolant", self.chain)(self.stepper.address, *self.chain_words)
 
     def interpolate(self, share: float, found: Vector) -> None:
         """State at a fraction of the last step into `found`, (size,)."""
         place = check("found", found, self.stepper.y.shape, self.number)
-        function("interpolate_step", self.number)(share, self.stepper.address, place)
+        function("interpolate_step", self.chain)(share, self.stepper.address, place)
 
     def take_samples(self, until_s: float) -> None:
         """Samples of the last step up to `until_s`, from its end or its interpolant, which is there."""
         t_s, rows = (view.address for view in self.samples)
-        function("take_samples", self.number)(until_s, t_s, rows, True, self.stepper.address, *self.chain_words)
+        function("take_samples", self.chain)(until_s, t_s, rows, True, self.stepper.address, *self.chain_words)
 
     def begin_next_step(self) -> None:
         """Copy the rate at the end of the last step to the start of the next."""
-        function("begin_next_step", self.number)(self.stepper.address)
+        function("begin_next_step", self.chain)(self.stepper.address)
 
     def take_partial_step(self, t_s: float, h_s: float) -> bool:
         """State at ``t_s + h_s`` into ``stepper.end``, from the start of the last step; False if a joint is lost."""
-        well: bool = function("take_partial_step", self.number)(t_s, h_s, self.stepper.address, *self.chain_words)
+        well: bool = function("take_partial_step", self.chain)(t_s, h_s, self.stepper.address, *self.chain_words)
         return well
 
 
@@ -392,7 +396,9 @@ def integrate_batch(
     samples = members.y0[:1].repeat(len(t_s), axis=0)
     views = layout.VectorView(t_s), layout.MatrixView(segments_s), layout.MatrixView(samples)
     instants, segments, states = (view.address for view in views)
-    library().integrate_batch(members.address, instants, segments, s.address, work.address, states, results.address)
+    function("integrate_batch", first)(
+        members.address, instants, segments, s.address, work.address, states, results.address
+    )
 
 
 def integrate_in_lanes(members: BatchMembers, t_s: Vector, results: MemberResults) -> None:

@@ -5,7 +5,10 @@
  */
 #include <math.h>
 
+#include "chain/layout.h"
 #include "kernel.h"
+
+bool levers_evaluate_state(double t_s, const number *y, number *rates, const chain *chain, workspace *work);
 
 enum counts { EVALUATIONS, EVENT_CALLS, LOST }; /* of cvode_data.counts; LOST: 1 after a joint was lost in round-off */
 enum { GOOD = 0, FATAL = -1 };                  /* CVODE's codes; after the second no smaller step is tried */
@@ -15,7 +18,9 @@ int cvode_rates(double t_s, void *state, void *slopes, void *user_data)
 {
     cvode_data *own = user_data;
     own->counts.value[EVALUATIONS] += 1.0;
-    if (evaluate_state(t_s, own->numbers_of(state), own->numbers_of(slopes), own->chain, own->work))
+    bool unequal = own->chain->bars.value[UNEQUAL * own->chain->bars.columns] != 0.0;
+    double *y = own->numbers_of(state), *rates = own->numbers_of(slopes);
+    if ((unequal ? levers_evaluate_state : evaluate_state)(t_s, y, rates, own->chain, own->work))
         return GOOD;
     own->counts.value[LOST] = 1.0;
     return FATAL;

@@ -7,8 +7,8 @@
  * chain at a time; the reactions at the samples are evaluated when the chain has arrived, again W at a time.
  *
  * Lanes serve free chains of equal levers with gravity alone. Prescribed rotations, effects, unequal levers and
- * ill-conditioned chains stay with integrate_batch, and so do chains that lanes give back: those that may touch the surface, lose a joint, or turn beyond
- * the range of the sine.
+ * ill-conditioned chains stay with integrate_batch, and so do chains that lanes give back: those that may touch the
+ * surface, lose a joint, or turn beyond the range of the sine.
  */
 #define LANES
 #include <stdlib.h>
@@ -38,7 +38,7 @@ typedef struct {
 static flag evaluate(real t_s, const real *y, real *rates, motion m)
 {
     (void)t_s;
-    return evaluate_free_chain(m.n, m.gravity, m.g->mu, m.g->bars, y, rates, m.g->rows, false);
+    return evaluate_free_chain(m.n, m.gravity, m.g->mu, m.g->bars, y, rates, m.g->rows);
 }
 
 #include "steps/step_bounds.h"

@@ -18,7 +18,7 @@ static const double DIVERGED = 1e-6;     /* last correction over the reactions, 
  *
  * Rows L hold each joint's factor, rows H the coupling to the next joint's block.
  */
-static inline bool solve_by_cholesky(int64_t n, const real *bars, real *rows, const bool levers)
+static bool solve_by_cholesky(int64_t n, const real *bars, real *rows)
 {
     const real *kxx = rows + KXX * n, *kxy = rows + KXY * n, *kyy = rows + KYY * n;
     real *lxx = rows + LXX * n, *lxy = rows + LXY * n, *lyy = rows + LYY * n;
@@ -68,20 +68,20 @@ static inline bool solve_by_cholesky(int64_t n, const real *bars, real *rows, co
 }
 
 /* Rows R: force on bar j from bar j+1, by rows LEFT, RIGHT and K; false if a pivot is lost in round-off. */
-static inline bool reactions(int64_t n, const real *bars, real *rows, const bool levers)
+static inline bool reactions(int64_t n, const real *bars, real *rows)
 {
     if (n == 1)
         return true;
-    if (bars[ILL_CONDITIONED * n] != 0.0 && solve_by_cholesky(n, bars, rows, levers))
+    if (bars[ILL_CONDITIONED * n] != 0.0 && solve_by_cholesky(n, bars, rows))
         return true;
-    return !solve_by_sweeps(n, bars, rows, levers);
+    return !solve_by_sweeps(n, bars, rows);
 }
 
 /* Rows LEFT of the bars right of each joint: residual relative accelerations under the reactions, copied to rows D.
  *
  * Neighbouring reactions are subtracted before any multiplication: the difference of nearly equal reactions is exact.
  */
-static inline void residual_openings(int64_t n, const real *bars, real *rows, const bool levers)
+static void residual_openings(int64_t n, const real *bars, real *rows)
 {
     const real *ux = rows + UX * n, *uy = rows + UY * n;
     real before_x = 0.0, before_y = 0.0, pulled_x = 0.0, pulled_y = 0.0, swung_x = 0.0, swung_y = 0.0;
@@ -113,7 +113,7 @@ static inline void residual_openings(int64_t n, const real *bars, real *rows, co
  *
  * Rows B keep the relative accelerations of the joined ends without reactions; rows LEFT become the residuals.
  */
-static inline bool refine(int64_t n, const real *bars, real *rows, const bool levers)
+static bool refine(int64_t n, const real *bars, real *rows)
 {
     real *rx = rows + RX * n, *ry = rows + RY * n;
     for (int64_t j = 0; j < n - 1; j++) {
@@ -123,8 +123,8 @@ static inline bool refine(int64_t n, const real *bars, real *rows, const bool le
     bool well = true;
     real correction = 0.0, total = 0.0;
     for (int k = 0; k < REFINEMENTS; k++) {
-        residual_openings(n, bars, rows, levers);
-        well = reactions(n, bars, rows, levers) && well;
+        residual_openings(n, bars, rows);
+        well = reactions(n, bars, rows) && well;
         correction = total = 0.0;
         for (int64_t j = 0; j < n - 1; j++) {
             correction = larger(magnitude(rx[j]), correction);

@@ -12,8 +12,7 @@ typedef struct {
 } motion;
 
 /* As evaluate_free_chain, with effects, laws, and refined reactions. */
-static inline bool evaluate_loaded_chain(real t_s, const real *y, real *rates, const chain *chain, workspace *work,
-                                         const bool levers)
+static bool evaluate_loaded_chain(real t_s, const real *y, real *rates, const chain *chain, workspace *work)
 {
     int64_t n = chain->bars.columns;
     const real *bars = chain->bars.value;
@@ -25,24 +24,24 @@ static inline bool evaluate_loaded_chain(real t_s, const real *y, real *rates, c
     if (chain->gravity == NO_GRAVITY) {
         no_gravity(n, rows);
     } else {
-        mean = centres_from_first(n, bars, rows, levers);
+        mean = centres_from_first(n, bars, rows);
         pull = gravity(n, chain->gravity, chain->mu_m3_s2, y[n], y[n + 1], mean.x, mean.y, rows);
     }
     if (chain->effect_count > 0)
-        add_effects(t_s, y, mean, chain, work, levers);
-    end_accelerations(n, bars, y + n + 2, rows, levers);
+        add_effects(t_s, y, mean, chain, work);
+    end_accelerations(n, bars, y + n + 2, rows);
     if (chain->laws.rows > 0) {
-        well = unit_torque_reactions(n, chain, work, levers);
-        end_accelerations(n, bars, y + n + 2, rows, levers);
+        well = unit_torque_reactions(n, chain, work);
+        end_accelerations(n, bars, y + n + 2, rows);
     }
-    well = reactions(n, bars, rows, levers) && well;
+    well = reactions(n, bars, rows) && well;
     if (bars[REFINED * n] != 0.0)
-        well = refine(n, bars, rows, levers) && well;
+        well = refine(n, bars, rows) && well;
     if (chain->laws.rows > 0)
-        apply_prescribed_torques(n, t_s, y, chain, work, levers);
+        apply_prescribed_torques(n, t_s, y, chain, work);
     for (int64_t i = 0; i < n + 2; i++)
         rates[i] = y[n + 2 + i];
-    angular_accelerations(n, bars, rows, rates + n + 2, levers);
+    angular_accelerations(n, bars, rows, rates + n + 2);
     for (int64_t k = 0; k < chain->laws.rows; k++)
         for (int64_t i = 0; i < n; i++)
             rates[n + 2 + i] += work->torque_N_m.value[k] * rotation_per_unit_torque(law_of(chain, k), i, n, bars);
@@ -60,11 +59,9 @@ static flag evaluate(real t_s, const real *y, real *rates, motion m)
     const chain *chain = m.chain;
     int64_t n = chain->bars.columns;
     const real *bars = chain->bars.value;
-    if (bars[UNEQUAL * n] != 0.0)
-        return !evaluate_loaded_chain(t_s, y, rates, chain, m.work, true);
     if (chain->effect_count > 0 || chain->laws.rows > 0 || bars[ILL_CONDITIONED * n] != 0.0 || bars[REFINED * n] != 0.0)
-        return !evaluate_loaded_chain(t_s, y, rates, chain, m.work, false);
-    return evaluate_free_chain(n, chain->gravity, chain->mu_m3_s2, bars, y, rates, m.work->bars.value, false);
+        return !evaluate_loaded_chain(t_s, y, rates, chain, m.work);
+    return evaluate_free_chain(n, chain->gravity, chain->mu_m3_s2, bars, y, rates, m.work->bars.value);
 }
 
 #endif

@@ -60,7 +60,7 @@ static inline void com_acceleration(int64_t n, real pull, const real *restrict b
 
 /* Rows LEFT and RIGHT: accelerations of the bars' ends without reactions; rows K: c n n^T. */
 static inline void end_accelerations(int64_t n, const real *restrict bars, const real *restrict rate,
-                                     real *restrict rows, const bool levers)
+                                     real *restrict rows)
 {
     const real *restrict half = bars + HALF * n, *restrict compliance = bars + COMPLIANCE * n;
     const real *restrict ux = rows + UX * n, *restrict uy = rows + UY * n, *restrict angular = rows + ANGULAR * n;

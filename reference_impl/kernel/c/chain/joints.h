@@ -14,8 +14,8 @@
  * The second form contains no difference of large terms. Mass ratios along the chain cost no more digits than the
  * system's condition number, and the division runs beside the products. Two sweeps halve the chain of dependent
  * operations. Notation: w = 1/m, c = l^2/(4J), n the unit vector across the bar; alpha and beta = 2 - alpha are the
- * distances of its near and its far end from its centre of mass over l/2, both 1 where it is midway. The system, eq. (23), is that of
- * reference_impl/model/joints.py.
+ * distances of its near and its far end from its centre of mass over l/2, both 1 where it is midway. The system,
+ * eq. (23), is that of reference_impl/model/joints.py.
  */
 #ifndef JOINTS_H
 #define JOINTS_H
@@ -31,7 +31,7 @@ typedef struct {
     flag lost;
 } part;
 
-static inline part single_bar(int64_t n, int64_t i, int64_t far, const real *bars, const real *rows, const bool levers)
+static inline part single_bar(int64_t n, int64_t i, int64_t far, const real *bars, const real *rows)
 {
     real w = bars[INVERSE_MASS * n + i], beta = SHARE(far == RIGHT ? BETA : ALPHA, i), square = beta * beta;
     return (part){
@@ -42,7 +42,7 @@ static inline part single_bar(int64_t n, int64_t i, int64_t far, const real *bar
 
 /* Join bar i by its end `near` to a part; the result is at its end `far`. Stores P and H of the joint. */
 static inline part join_bar(part sub, int64_t n, int64_t i, int64_t joint, int64_t near, int64_t far,
-                            const real *restrict bars, real *restrict rows, const bool levers)
+                            const real *restrict bars, real *restrict rows)
 {
     real w = bars[INVERSE_MASS * n + i];
     real alpha = SHARE(near == LEFT ? ALPHA : BETA, i), beta = SHARE(near == LEFT ? BETA : ALPHA, i);
@@ -63,8 +63,12 @@ static inline part join_bar(part sub, int64_t n, int64_t i, int64_t joint, int64
     rows[HXY * n + joint] = hxy;
     rows[HYX * n + joint] = hyx;
     rows[HYY * n + joint] = hyy;
-    bool leftwards = levers && near == RIGHT;
-    real passed = bars[(leftwards ? PASSED_RIGHT : PASSED) * n + i], freed = bars[(leftwards ? FREED_RIGHT : FREED) * n + i];
+#ifdef LEVERS
+    int64_t passing = near == LEFT ? PASSED : PASSED_RIGHT, freeing = near == LEFT ? FREED : FREED_RIGHT;
+#else
+    int64_t passing = PASSED, freeing = FREED;
+#endif
+    real passed = bars[passing * n + i], freed = bars[freeing * n + i];
     real bxx = sub.xx - passed * (kxx * sub.xx + kxy * sub.xy), bxy = sub.xy - passed * (kxx * sub.xy + kxy * sub.yy);
     real byx = sub.xy - passed * (kxy * sub.xx + kyy * sub.xy), byy = sub.yy - passed * (kxy * sub.xy + kyy * sub.yy);
     return (part){
@@ -86,18 +90,18 @@ static inline void back_substitute(int64_t n, int64_t joint, double side, real *
 }
 
 /* Rows R: force on bar j from bar j+1, by rows LEFT, RIGHT and K, for n > 1; returns whether a pivot was lost. */
-static inline flag solve_by_sweeps(int64_t n, const real *restrict bars, real *restrict rows, const bool levers)
+static inline flag solve_by_sweeps(int64_t n, const real *restrict bars, real *restrict rows)
 {
     real *rx = rows + RX * n, *ry = rows + RY * n;
     int64_t last = n - 1, middle = (n - 1) / 2;
     int64_t both = last - 1 - middle; /* joints that both sweeps process at once */
-    part left = single_bar(n, 0, RIGHT, bars, rows, levers), right = single_bar(n, last, LEFT, bars, rows, levers);
+    part left = single_bar(n, 0, RIGHT, bars, rows), right = single_bar(n, last, LEFT, bars, rows);
     for (int64_t k = 0; k < both; k++) {
-        left = join_bar(left, n, k + 1, k, LEFT, RIGHT, bars, rows, levers);
-        right = join_bar(right, n, last - 1 - k, last - 1 - k, RIGHT, LEFT, bars, rows, levers);
+        left = join_bar(left, n, k + 1, k, LEFT, RIGHT, bars, rows);
+        right = join_bar(right, n, last - 1 - k, last - 1 - k, RIGHT, LEFT, bars, rows);
     }
     if (middle > both)
-        left = join_bar(left, n, middle, middle - 1, LEFT, RIGHT, bars, rows, levers);
+        left = join_bar(left, n, middle, middle - 1, LEFT, RIGHT, bars, rows);
     real sxx = left.xx + right.xx, sxy = left.xy + right.xy, syy = left.yy + right.yy;
     real determinant = sxx * syy - sxy * sxy;
     real apart_x = right.free_x - left.free_x, apart_y = right.free_y - left.free_y;
@@ -125,7 +129,7 @@ static inline flag solve_by_sweeps(int64_t n, const real *restrict bars, real *r
 
 /* Angular accelerations under field and reactions, eq. (15). */
 static inline void angular_accelerations(int64_t n, const real *restrict bars, const real *restrict rows,
-                                         real *restrict found, const bool levers)
+                                         real *restrict found)
 {
     const real *lever = bars + LEVER * n, *ux = rows + UX * n, *uy = rows + UY * n, *angular = rows + ANGULAR * n;
     const real *rx = rows + RX * n, *ry = rows + RY * n;

@@ -70,7 +70,7 @@ static real rotation_per_unit_torque(const real *law, int64_t bar, int64_t n, co
 }
 
 /* workspace.responses: reactions to a unit of each prescribed torque, by the same sweeps. */
-static inline bool unit_torque_reactions(int64_t n, const chain *chain, workspace *work, const bool levers)
+static bool unit_torque_reactions(int64_t n, const chain *chain, workspace *work)
 {
     const real *bars = chain->bars.value;
     real *rows = work->bars.value;
@@ -84,9 +84,9 @@ static inline bool unit_torque_reactions(int64_t n, const chain *chain, workspac
             rows[LEFT * n + i] = left * rows[UY * n + i];
             rows[LEFT_Y * n + i] = -left * rows[UX * n + i];
         }
-        well = reactions(n, bars, rows, levers) && well;
+        well = reactions(n, bars, rows) && well;
         if (bars[REFINED * n] != 0.0)
-            well = refine(n, bars, rows, levers) && well;
+            well = refine(n, bars, rows) && well;
         real *response = work->responses.value + 2 * k * n;
         for (int64_t j = 0; j < n - 1; j++) {
             response[j] = rows[RX * n + j];
@@ -105,8 +105,8 @@ static inline pair reactions_on(int64_t n, int64_t bar, real after, real before,
 }
 
 /* Angular acceleration of `bar` from reactions (x, y): (l/2J) n.(beta R_j + alpha R_{j-1}). */
-static inline real rotation_from_reactions(int64_t n, int64_t bar, const real *x, const real *y, const real *bars,
-                                           const real *rows, const bool levers)
+static real rotation_from_reactions(int64_t n, int64_t bar, const real *x, const real *y, const real *bars,
+                                      const real *rows)
 {
     pair sum = reactions_on(n, bar, SHARE(BETA, bar), SHARE(ALPHA, bar), x, y);
     return bars[LEVER * n + bar] * (rows[UX * n + bar] * sum.y - rows[UY * n + bar] * sum.x);
@@ -139,8 +139,8 @@ static real noncentral_longitude_acceleration(int64_t n, const real *law, pair p
 }
 
 /* Position and velocity of a bar's centre from the centre of the body. */
-static inline void bar_position_and_velocity(int64_t n, int64_t bar, const real *y, const real *bars, const real *rows,
-                                             pair *position, pair *velocity, const bool levers)
+static void bar_position_and_velocity(int64_t n, int64_t bar, const real *y, const real *bars, const real *rows,
+                                      pair *position, pair *velocity)
 {
     real place_x = 0.0, place_y = 0.0, motion_x = 0.0, motion_y = 0.0;
     real centre_x = 0.0, centre_y = 0.0, drift_x = 0.0, drift_y = 0.0;
@@ -216,8 +216,7 @@ static void solve_dense(int64_t size, real *system, real *found)
 }
 
 /* workspace.torque_N_m, from the free reactions and the responses; adds the torques' part to the reactions. */
-static inline void apply_prescribed_torques(int64_t n, real t_s, const real *y, const chain *chain, workspace *work,
-                                            const bool levers)
+static void apply_prescribed_torques(int64_t n, real t_s, const real *y, const chain *chain, workspace *work)
 {
     const real *bars = chain->bars.value, *responses = work->responses.value;
     real *rows = work->bars.value, *system = work->torque_system.value, *torque = work->torque_N_m.value;
@@ -227,11 +226,10 @@ static inline void apply_prescribed_torques(int64_t n, real t_s, const real *y, 
         const real *law = law_of(chain, k);
         int64_t bar = (int64_t)law[BAR];
         pair z, v;
-        bar_position_and_velocity(n, bar, y, bars, rows, &z, &v, levers);
-        real angular = rows[ANGULAR * n + bar] + rotation_from_reactions(n, bar, free_x, free_y, bars, rows, levers);
+        bar_position_and_velocity(n, bar, y, bars, rows, &z, &v);
+        real angular = rows[ANGULAR * n + bar] + rotation_from_reactions(n, bar, free_x, free_y, bars, rows);
         if (law[FRAME] == PREVIOUS_BAR)
-            angular -= rows[ANGULAR * n + bar - 1]
-                       + rotation_from_reactions(n, bar - 1, free_x, free_y, bars, rows, levers);
+            angular -= rows[ANGULAR * n + bar - 1] + rotation_from_reactions(n, bar - 1, free_x, free_y, bars, rows);
         real lacking = prescribed_angle_acceleration(chain, k, t_s, z, v)
                          - actual_angle_acceleration(n, law, angular, free_x, free_y, z, bars);
         real *row = system + k * (count + 1);
@@ -241,10 +239,10 @@ static inline void apply_prescribed_torques(int64_t n, real t_s, const real *y, 
         for (int64_t other = 0; other < count; other++) {
             const real *second = law_of(chain, other);
             const real *rx = responses + 2 * other * n, *ry = rx + n;
-            real turned = rotation_from_reactions(n, bar, rx, ry, bars, rows, levers)
+            real turned = rotation_from_reactions(n, bar, rx, ry, bars, rows)
                             + rotation_per_unit_torque(second, bar, n, bars);
             if (law[FRAME] == PREVIOUS_BAR)
-                turned -= rotation_from_reactions(n, bar - 1, rx, ry, bars, rows, levers)
+                turned -= rotation_from_reactions(n, bar - 1, rx, ry, bars, rows)
                           + rotation_per_unit_torque(second, bar - 1, n, bars);
             /* nondimensional, as pivots chosen across bars of very different size lose the laws of light bars */
             real unit = law[UNIT] * second[UNIT];

@@ -24,9 +24,13 @@ enum bar_constants {
     CONSTANT_ROWS
 };
 
-/* Share of row ALPHA or BETA in functions with a parameter `levers`: whether the chain's levers are unequal. All calls
- * pass a constant, so that chains with equal levers have code of their own, in which no share occurs. */
-#define SHARE(row, i) (levers ? bars[(row) * n + (i)] : every(1.0))
+/* Bar i's number in row ALPHA or BETA. With LEVERS defined the code is that of chains with unequal levers; without, all
+ * these numbers are 1 and leave no trace in it. */
+#ifdef LEVERS
+#define SHARE(row, i) (bars[(row) * n + (i)])
+#else
+#define SHARE(row, i) (every(1.0))
+#endif
 
 /* Rows of workspace.bars. Rows D and B serve the refinement of reactions once the effects are added. */
 enum scratch_rows {

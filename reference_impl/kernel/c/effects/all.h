@@ -30,11 +30,11 @@ static const struct {
 };
 
 /* Add all effects to rows G, ANGULAR and to the sums of the effects; gravity, if any, has computed positions. */
-static void add_effects(real t_s, const real *y, pair mean, const chain *chain, workspace *work, const bool levers)
+static void add_effects(real t_s, const real *y, pair mean, const chain *chain, workspace *work)
 {
     int64_t n = chain->bars.columns;
     if (chain->gravity == NO_GRAVITY)
-        mean = centres_from_first(n, chain->bars.value, work->bars.value, levers);
+        mean = centres_from_first(n, chain->bars.value, work->bars.value);
     scene s = scene_of(chain, work, mean.x, mean.y);
     s.common[MEAN_X] = mean.x;
     s.common[MEAN_Y] = mean.y;

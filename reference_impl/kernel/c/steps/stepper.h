@@ -207,7 +207,7 @@ static bool mode_ended_in_step(stepper *s, motion m)
         real share = EVENT_SHARES[k], t = s->clock.value[NOW] - h + share * h;
         interpolate(s->y.length, share, s->before.value, s->powers.value, y);
         unit_vectors(n, y, rows);
-        pair mean = centres_from_first(n, m.chain->bars.value, rows, false); /* effects with modes need equal levers */
+        pair mean = centres_from_first(n, m.chain->bars.value, rows);
         bool seen = any_mode_ended(t, y, mean, m.chain, m.work);
         if (seen && share > 0.0)
             return true;
