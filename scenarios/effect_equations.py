@@ -22,10 +22,10 @@ R_j is the force on bar j from bar j+1 (R_0 = R_N = 0), F the sum of all forces 
 and the two ends at every joint stay together."""
 
 LEVERS = (
-    "The centre of mass of bar j is not midway: with a = com_share_j l and b = l - a its right end is Z + b u and its left "
-    "end Z - a u, wherever the laws have Z + h u and Z - h u. J theta'' = K + n . (b R_j + a R_{j-1}), and alike for an "
-    "impulse at an end: b u x I at the right one, -a u x I at the left one, and n . (b P_j + a P_{j-1}). Z, J and the "
-    "angles at the start belong to the centre of mass."
+    "The centre of mass of bar j is not midway: with a = com_share_j l and b = l - a its right end is Z + b u and its "
+    "left end Z - a u, where the laws have Z + h u and Z - h u. J theta'' = K + n . (b R_j + a R_{j-1}), and alike for "
+    "an impulse at an end: b u x I at the right one, -a u x I at the left one, and n . (b P_j + a P_{j-1}). Z and J "
+    "belong to the centre of mass."
 )
 """Law of bars whose ends are at unequal distances from the centre of mass"""
 

@@ -46,8 +46,8 @@ def motion_of(scene: Scene) -> Motion:
     window = window_of(scene)
     seen = run_of(scene, window)
     geometry = Geometry(
-        np.array(scene.chain.length_m), np.array(scene.chain.mass_kg), scene.central_body.radius_m, scene.period_s, True,
-        com_share=scene.chain.com_share,
+        np.array(scene.chain.length_m), np.array(scene.chain.mass_kg), scene.central_body.radius_m, scene.period_s,
+        closed=True, com_share=scene.chain.com_share,
     )  # fmt: skip
     assert seen.angle_rad is not None
     chain = joints(geometry, seen.angle_rad)

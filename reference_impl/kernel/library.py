@@ -76,7 +76,7 @@ IN_ALL_INSTANCES = (
 )  # fmt: skip
 """Functions that the library has for each of `INSTANCES`"""
 INSTANCES = ("", "wide_", "levers_", "wide_levers_")
-"""Prefixes of functions: for doubles and equal levers, for the wide type, for unequal levers: ``c/wide.c``, ``levers.c``"""
+"""Prefixes of functions: for doubles and equal levers, for the wide type, for unequal levers, and for both of these"""
 
 
 @cache

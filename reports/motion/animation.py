@@ -99,8 +99,8 @@ def moving_chains(runs: Sequence[Run], frame: str, unit: str) -> list[MovingChai
         assert run.scene is not None
         scene, times = run.scene, np.interp(instants_s, run.t_s, in_unit(run, unit))
         geometry = Geometry(
-            np.array(scene.chain.length_m), np.array(scene.chain.mass_kg), 0.0, scene.period_s, True,
-            com_share=scene.chain.com_share,
+            np.array(scene.chain.length_m), np.array(scene.chain.mass_kg), 0.0, scene.period_s,
+            closed=True, com_share=scene.chain.com_share,
         )  # fmt: skip
         found.append(MovingChain(run, geometry, times, along(instants_s, run.t_s, angle)))
     return found
