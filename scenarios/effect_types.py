@@ -570,7 +570,7 @@ def forms_of(law: PrescribedRotation) -> Iterator[str]:
 
 
 def all_effect_names() -> frozenset[str]:
-    """Every name that :attr:`Scene.needs`, and an engine's ``effects``, may hold.
+    """Every name that `Scene.needs`, and an engine's ``effects``, may hold.
 
     Returns
     -------

@@ -48,13 +48,13 @@ STAGES = {
     "without forces": in_folder("one_bar_free two_bars_free three_bars_free"),
     "in gravity": in_folder(
         "one_bar_point one_bar_gradient three_bars_point three_bars_gradient eccentric mid_orbit bar_angles "
-        "one_bar_eccentric"
+        "one_bar_eccentric com_share_alone"
     ),
     "with one effect": in_folder(
         "slender_alone quadrupole_alone oblateness_alone third_body_alone drag_alone solar_pressure_alone "
         "solar_shadow_alone joint_springs_alone joint_torque_alone joint_set_point thrust_body thrust_inertial "
         "impulse_alone prescribed_orbital prescribed_inertial prescribed_orbital_joint "
-        "prescribed_inertial_external joint_angle prescribed_turns prescribed_table com_share_alone"
+        "prescribed_inertial_external joint_angle prescribed_turns prescribed_table"
     ),
     TOGETHER: in_folder(
         "one_bar_law one_bar_loads eleven_bars_loads prescribed_neighbours second_moments com_share_loads "

@@ -106,7 +106,7 @@ def check_noise(scene: Scene, run: Callable[[Scene, Any], Trajectory], settings:
     assert not found.wrong, found.ratios
 
 
-@pytest.mark.parametrize("name", ["three_bars_gradient", "eccentric", *one_in(2, LOADED), *one_in(3, EFFECTS_TOGETHER)])
+@pytest.mark.parametrize("name", ["three_bars_gradient", "eccentric", "com_share_alone", *one_in(2, LOADED), *one_in(3, EFFECTS_TOGETHER)])
 def test_the_right_motion_leaves_noise(name: str) -> None:
     check_noise(loaded(name), run, (1e-9, 1e-10))
 
@@ -150,6 +150,7 @@ OTHERS = (
     ("eleven_bars_loads", "bars-by-first-digit"), ("eleven_bars_loads", "third-body-2-missing"),
     ("drag_alone", "drag-density-that-grows"), ("thrust_body", "thrusts-clockwise"),
     ("thrust_body", "thrusts-from-normal"), ("together_6", "impulses-at-other-end"),
+    ("com_share_alone", "centres-midway"), ("com_share_alone", "centres-from-right"),
 )  # fmt: skip
 
 
