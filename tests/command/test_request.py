@@ -42,7 +42,9 @@ def test_an_equal_step_fills_the_time_between_samples():
 
 
 def test_every_effect_has_a_law():
-    kinds = {name if name.startswith("gravity.") else name.partition(".")[0] for name in all_effect_names() - {COM_SHARE}}
+    kinds = {
+        name if name.startswith("gravity.") else name.partition(".")[0] for name in all_effect_names() - {COM_SHARE}
+    }
     assert kinds == set(LAWS)
 
 

@@ -106,7 +106,9 @@ def check_noise(scene: Scene, run: Callable[[Scene, Any], Trajectory], settings:
     assert not found.wrong, found.ratios
 
 
-@pytest.mark.parametrize("name", ["three_bars_gradient", "eccentric", "com_share_alone", *one_in(2, LOADED), *one_in(3, EFFECTS_TOGETHER)])
+@pytest.mark.parametrize(
+    "name", ["three_bars_gradient", "eccentric", "com_share_alone", *one_in(2, LOADED), *one_in(3, EFFECTS_TOGETHER)]
+)
 def test_the_right_motion_leaves_noise(name: str) -> None:
     check_noise(loaded(name), run, (1e-9, 1e-10))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +14,15 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
 from adapters.registry import find_engine
 from adapters.trajectory import ENDED
-from reference_impl.model.kinematics import cross, relative_positions, relative_velocities
-from scenarios import SceneError, make_scene
+from reference_impl.model.kinematics import cross, directions, relative_positions, relative_velocities
+from reports.chapters.comparison.orbit import Geometry, joints
+from scenarios import SceneError, change_scene, load_scene, make_scene
 from tests.reference.test_end_bodies import reactions_with_multipliers
 from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from adapters.trajectory import Trajectory
     from scenarios import Scene
 
@@ -140,6 +144,26 @@ def test_a_mass_at_the_joint_of_an_end_body_leaves_it_a_body() -> None:
     assert found.mass_kg[0] == 80.0
     assert found.length_m[0] == pytest.approx(2.0 * 0.5)  # 0.8 · 50/80
     assert found.inertia_kg_m2[0] == pytest.approx(12.0 + 50.0 * 0.3**2 + 30.0 * 0.5**2)
+
+
+def test_a_file_of_the_scene_is_read_back_as_the_same_one(tmp_path: Path) -> None:
+    body = {"at": "first", "mass_kg": 50.0, "inertia_kg_m2": 12.0, "joint_m": 0.8}
+    chain = CHAIN | {"bars": 5, "end_body": [body], "joint_mass": [{"joint": 3, "mass_kg": 1.5}], "rate_rad_s": 0.1}
+    scene = scene_with(chain | {"angle_deg": [0.0, *CHAIN["angle_deg"]]}, "gradient")
+    scene.to_toml(tmp_path / "again.toml")
+    assert load_scene(tmp_path / "again.toml").chain == scene.chain
+    assert change_scene(scene, {"chain": {"joint_mass": []}}).chain.com_share == (0.5, *CHAIN["com_share"])
+    other = dataclasses.replace(scene, chain=dataclasses.replace(scene.chain, com_share=()))
+    assert load_scene(tmp_path / "again.toml").digest != other.digest
+
+
+def test_a_drawing_has_the_ends_where_the_chain_has_them() -> None:
+    scene = scene_with(CHAIN)
+    model, angle = chain_model(scene), np.radians([CHAIN["angle_deg"]])
+    shown = Geometry(model.length_m, model.mass_kg, 0.0, 1.0, closed=True, com_share=scene.chain.com_share)
+    centres, along = relative_positions(model, angle), directions(angle)[0]
+    first, rest = (centres - model.left_m[:, None] * along)[:, :1], centres + model.right_m[:, None] * along
+    np.testing.assert_allclose(joints(shown, angle), np.concatenate([first, rest], axis=1), rtol=0, atol=1e-12)
 
 
 def test_momentum_and_energy_stay_without_forces() -> None:

@@ -39,7 +39,10 @@ def short(name, share=0.1, samples=6):
     )
 
 
-@pytest.mark.parametrize("name", ["paper/fig05", "paper/fig05_bar_horizontal", "paper/fig17", "basics/two_bars_free"])
+@pytest.mark.parametrize(
+    "name",
+    ["paper/fig05", "paper/fig05_bar_horizontal", "paper/fig17", "basics/two_bars_free", "conform/com_share_alone"],
+)
 def test_every_copy_moves_as_the_engine_moves_it_bit_for_bit(name):
     scene = short(name)
     vary = [v for v in EVERYTHING if not v.startswith("speed_factor") or scene.bound]
