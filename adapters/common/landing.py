@@ -34,9 +34,8 @@ def least_height_m(
         In metres.
     """
     left, (along, _) = 0.5 * length_m if left_m is None else left_m, directions(angle_rad)
-    foot = np.clip(
-        -np.sum(centre_m * along, axis=-1), -left, length_m - left
-    )  # nearest point of the bar, from its centre
+    # nearest point of the bar, from its centre
+    foot = np.clip(-np.sum(centre_m * along, axis=-1), -left, length_m - left)
     return float(np.linalg.norm(centre_m + foot[:, None] * along, axis=-1).min() - radius_m)
 
 

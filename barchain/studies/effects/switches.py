@@ -97,8 +97,11 @@ def widths_m(scene: Scene, width_m: float | None) -> tuple[float, ...]:
     Raises
     ------
     NoDefaultError
-        Without either: drag and sunlight are proportional to the width, and a bar's length does not tell it.
+        Without either: drag and sunlight are proportional to the width, and a bar's length does not tell it. Both
+        are those of bars whose centres of mass are midway.
     """
+    if scene.chain.com_share:
+        raise NoDefaultError("drag and sunlight need bars whose centres of mass are midway between their ends")
     if width_m is not None:
         return (width_m,) * scene.bars
     known = scene.effects.drag or scene.effects.solar_pressure

@@ -110,6 +110,7 @@ def divided(scene: Scene, bars: int, share: float = 1.0) -> Scene:
         inertia_kg_m2=(mass * length**2 / 12.0,) * bars,
         angle_rad=scene.chain.angle_rad[:1] * bars,
         rate_factor=scene.chain.rate_factor[:1] * bars,
+        com_share=(),
     )
     run = dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=SAMPLES)
     return dataclasses.replace(scene, name=f"{scene.name}, {bars} bars", chain=chain, run=run)
