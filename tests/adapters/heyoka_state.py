@@ -41,8 +41,8 @@ def parameters(model: ChainModel, t_s: float, precision: Precision) -> Array:
     found = [number(model.mu_m3_s2), number(model.body_radius_m), *(x for part in parts for x in part)]
     for p in (turn for law in model.prescriptions for turn in law.turns):
         turning = p.start_s < t_s < p.start_s + p.duration_s
-        found += [number(p.amplitude_rad / 16.0 if turning else 0.0), number(PI) / number(p.duration_s)]
-        found += [number(p.start_s)]
+        found += [number(PI) / number(p.duration_s), number(p.start_s)]
+        found += [number(p.amplitude_rad / 16.0 if turning else 0.0)]
     return np.array(found)
 
 

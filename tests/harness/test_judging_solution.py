@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 QUICK = "basics/two_bars_free"
-MOST_BYTES = 6e6
+MOST_BYTES = 6.5e6
 ROUNDING = 2.0**-53
 
 

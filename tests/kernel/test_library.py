@@ -71,9 +71,9 @@ def test_a_stepper_of_another_chain_is_refused() -> None:
 
 def test_a_batch_without_room_for_its_results_is_refused() -> None:
     y, chain, _ = prepared()
-    one = np.zeros(1)
+    one, no_laws = np.zeros(1), np.zeros((1, 0, layout.FIRST_TURN + layout.TURN_COLUMNS))
     batch = Batch(
-        np.full(1, chain.mu_m3_s2), chain.gravity, chain.bars[None], np.zeros((1, 0, 8)), (), y[None],
+        np.full(1, chain.mu_m3_s2), chain.gravity, chain.bars[None], no_laws, (), y[None],
         np.ones((1, len(y))), one, one, one,
     )  # fmt: skip
     t_s = np.linspace(0.0, 10.0, 3)

@@ -63,7 +63,7 @@ def need_carried(scene: Scene) -> None:
     SceneError
         If it has other effects, or takes too many steps in numbers of many digits; the message is one line.
     """
-    lacking = sorted(scene.effects.names - CARRIED)
+    lacking = sorted(scene.needs - CARRIED)
     if lacking:
         raise SceneError(
             f"{scene.name}: {', '.join(lacking)} given, allowed: {', '.join(sorted(CARRIED))}, which are there in both "
