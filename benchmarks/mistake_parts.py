@@ -279,7 +279,8 @@ def euler(engine: Any, _: Scene) -> None:
 
 def fixed_tolerance(engine: Any, s: Scene) -> None:
     """The same coarse tolerance whatever is requested."""
-    from adapters.common.initial_state import chain_model, initial_state  # noqa: PLC0415
+    from adapters.common.initial_state import initial_state  # noqa: PLC0415
+    from adapters.common.reference_model import chain_model  # noqa: PLC0415
 
     engine.prepared = engine.prepare(chain_model(s), initial_state(s), 1e-5)
 

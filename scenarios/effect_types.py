@@ -125,8 +125,10 @@ class Turn:
         Start, s.
     course : Course
         Course in time.
-    rates_rad_s, accelerations_rad_s2 : tuple of float
-        Rates and accelerations at both ends of a piece of a spline, rad/s and rad/s²; zero for other turns.
+    rates_rad_s : tuple of float
+        Rates at both ends of a piece of a spline, rad/s; zero for other turns.
+    accelerations_rad_s2 : tuple of float
+        Accelerations there, rad/s².
     """
 
     amplitude_rad: float
@@ -198,8 +200,10 @@ class PrescribedRotation:
         Course of the turn in time.
     further : tuple of Turn
         Turns after the first, in the order of time, none beginning before another's end.
-    rates_rad_s, accelerations_rad_s2 : tuple of float
-        Rates and accelerations at both ends of the turn if it is a piece of a spline, rad/s and rad/s².
+    rates_rad_s : tuple of float
+        Rates at both ends of the first turn if it is a piece of a spline, rad/s.
+    accelerations_rad_s2 : tuple of float
+        Accelerations there, rad/s².
     """
 
     bar: int

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from reference_impl.model.effect import EDGE_ON
 from reference_impl.model.kinematics import directions, relative_positions, relative_velocities
 

@@ -6,14 +6,13 @@ rate of its law, so that law and state agree at t = 0.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.chain import BarTurn, ChainModel, GravityModel, Prescription
+from adapters.common.reference_model import chain_model
 from reference_impl.model.kinematics import (
     bar_centre_vectors,
     cross,
@@ -21,21 +20,13 @@ from reference_impl.model.kinematics import (
     relative_positions,
     relative_velocities,
 )
-from scenarios import Actuator, Course, Frame, Gravity, PrescribedRotation
+from scenarios import Frame
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
     from scenarios import Scene
-    from scenarios.effect_types import Turn
 
-POINT_PART: dict[Gravity, GravityModel] = {
-    Gravity.NONE: "none",
-    Gravity.POINT: "point",
-    Gravity.GRADIENT: "gradient",
-    Gravity.QUADRUPOLE: "gradient",
-    Gravity.SLENDER: "point",
-}
-"""Model of the central body's gravity in the reference; the remainder of a model is an effect of its own"""
 LONGITUDE_ITERATIONS = 50  # contraction by the chain's size over its radius, 1e-5 in the paper's scenes
 
 
@@ -139,44 +130,3 @@ def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_
         system[:, column] -= np.where(of_joint, bars - 1 == bar, moved[bars])
     rate[bars] = np.linalg.solve(system, base)
     return rate
-
-
-def chain_model(scene: Scene) -> ChainModel:
-    """The reference's model of `scene`."""
-    model = ChainModel(
-        mu_m3_s2=scene.central_body.mu_m3_s2,
-        mass_kg=np.array(scene.chain.mass_kg),
-        length_m=np.array(scene.chain.length_m),
-        inertia_kg_m2=np.array(scene.chain.inertia_kg_m2),
-        gravity=POINT_PART[scene.effects.gravity],
-        body_radius_m=scene.central_body.radius_m,
-        prescriptions=tuple(prescription(p) for p in scene.effects.prescribed_rotation),
-        com_share=np.array(scene.chain.com_share) if scene.chain.com_share else None,
-    )
-    if not scene.effects.beyond_basic:
-        return model
-    from adapters.common.reference_effects import effects_of, impulses_of
-
-    return dataclasses.replace(
-        model,
-        effects=effects_of(scene),
-        impulses=impulses_of(scene),
-        spring_rate_rad_s=scene.spring_rate_rad_s,
-    )
-
-
-def bar_turn(turn: Turn) -> BarTurn:
-    """The reference's model of a turn."""
-    spline = turn.coefficients_rad if turn.course is Course.SPLINE else ()
-    return BarTurn(turn.amplitude_rad, turn.duration_s, turn.start_s, turn.course is Course.QUINTIC, spline)
-
-
-def prescription(p: PrescribedRotation) -> Prescription:
-    """The reference's model of a prescribed rotation."""
-    neighbour = p.bar - 2 if p.bar > 1 else 1  # counted from 0
-    return Prescription(
-        bar=p.bar - 1,
-        turns=tuple(map(bar_turn, p.turns)),
-        frame=p.frame.value,
-        reacts_on=neighbour if p.actuator is Actuator.JOINT else None,
-    )

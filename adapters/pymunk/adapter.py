@@ -23,8 +23,9 @@ from adapters.bar_loads.gravity import AbsoluteLoads, LandedError, Loads, Moving
 from adapters.bar_loads.interface import FrameState, bars_of
 from adapters.common.departure import drift_bound_m
 from adapters.common.equal_steps import step_s, steps_between_samples
-from adapters.common.initial_state import InitialState, chain_model, initial_state
+from adapters.common.initial_state import InitialState, initial_state
 from adapters.common.landing import landing_text
+from adapters.common.reference_model import chain_model
 from adapters.common.step_alignment import NO_SHADOW, events_by_step, misalignment
 from adapters.engine import (
     PRESCRIBED_ROTATIONS,

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, final
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
 from adapters.common.landing import landing_text
+from adapters.common.reference_model import chain_model
 from adapters.engine import (
     GRAVITY_MODELS,
     PRESCRIBED_ROTATIONS,

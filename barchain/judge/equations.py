@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
 from reference_impl.model.effect import EffectRows
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations, point_field

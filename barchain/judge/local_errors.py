@@ -11,8 +11,9 @@ from scipy.integrate import cumulative_trapezoid
 
 from adapters.bar_loads.falling_frame import free_fall
 from adapters.common.equal_steps import step_s
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.scales import (
     MACHINE_EPSILON,

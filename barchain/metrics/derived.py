@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
 from reference_impl.model import invariants
 from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along

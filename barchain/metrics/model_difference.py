@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from reference_impl.model.complex_vectors import as_vectors, unit_along
 from reference_impl.model.effect import EffectRows
 from reference_impl.model.gravity import field_differences

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from barchain.metrics.joint_gaps import measured
 from barchain.metrics.model_difference import FIELD_EFFECTS, every_nth
 from reference_impl.model import invariants

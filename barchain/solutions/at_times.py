@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import InitialState, chain_model
+from adapters.common.initial_state import InitialState
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from barchain.metrics.quantities import FIELDS, own_rate, rate_scale
 from barchain.solutions.reference import SOLUTION_RTOL

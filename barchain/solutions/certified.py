@@ -178,6 +178,7 @@ def code_digest() -> str:
     """Hash of the sources that compute a certified solution."""
     ours, theirs = Path(str(adapters.__file__)).parent, Path(reference_impl.__path__[0])
     files = [*sorted((ours / "heyoka").glob("*.py")), ours / "common" / "initial_state.py", ours / "trajectory.py"]
+    files += [ours / "common" / "reference_model.py"]
     files += sorted(Path(str(scenarios.__file__)).parent.rglob("*.py"))
     files += [theirs / "model" / f"{name}.py" for name in ("arrays", "chain", "complex_vectors", "kinematics", "state")]
     files += [Path(__file__).with_name(f"{name}.py") for name in ("certified", "certified_table", "judging")]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from adapters.reference import WIDE_UNTIL
 from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import MODES_PER_BAR, TRACK, differences, largest, own_rate

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, cast
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from adapters.registry import COMPILED, ENGINES
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import Heyoka, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD

@@ -14,8 +14,9 @@ import pytest
 
 import adapters.pymunk.adapter as adapter_module
 from adapters.bar_loads.falling_frame import free_fall
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
 from adapters.pymunk.iteration_count import sweeps

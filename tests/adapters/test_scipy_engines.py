@@ -9,7 +9,8 @@ from scipy.integrate import DOP853
 
 import adapters.common.solver_driver as scipy_module
 from adapters.common.face_reversal import incidences
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from adapters.common.solver_driver import RTOL_FLOOR, Problem, ScipySolver, drive
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.ode_solvers.adapter import ATOL_SHARE, CvodeAdams, CvodeBdf, ScipyDop853, ScipyRadau, compiled_order

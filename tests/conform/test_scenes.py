@@ -55,7 +55,7 @@ OTHER_WAY = {
 """Keys that give numbers of other keys in another way: an engine sees no difference"""
 OTHER_TABLES = {"`[start]`", "`[[chain.end_body]]`", "`[[chain.joint_mass]]`"}
 """Tables of such keys"""
-WITH_ANOTHER = {"times_s"}
+WITH_ANOTHER = {"times_s", "amplitude_deg", "duration_s", "angle_deg"}
 """Keys that may be left out with another one only"""
 
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.thrust import ThrustEffect

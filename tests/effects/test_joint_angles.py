@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from adapters.trajectory import Trajectory

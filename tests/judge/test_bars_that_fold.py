@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from adapters.common.equal_steps import step_s
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from reference_impl.model.kinematics import cross, relative_positions, relative_velocities

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
+from adapters.common.reference_model import chain_model
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.quantities import differences, drifts

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from adapters.reference.numpy_engines import Reference
 from reference_impl.integrate.simulate import History, Simulation
 from reference_impl.integrate.stepper import integrate

@@ -237,7 +237,7 @@ def test_evaluations_are_timed_by_themselves(engine: str) -> None:
 
 def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     """Same operations in the same order as one call, contracted or not: some roundings of the terms that enter."""
-    from adapters.common.initial_state import chain_model
+    from adapters.common.reference_model import chain_model
     from reference_impl.kernel import layout
     from reference_impl.kernel.library import Evaluation
     from reference_impl.model.kinematics import consistent_state

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from reference_impl.model.relative import accelerations
 from reference_impl.model.state import Accelerations, State
 from scenarios import Gravity, Scene, load_scene

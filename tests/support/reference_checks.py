@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS
 from barchain.metrics.quantities import conserved
 from reference_impl.model import invariants

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from adapters.engine import Coordinates, EngineError
 from barchain.judge.checks.more_judged import after_restarts
 from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left
 from barchain.judge.diagnosis.motion.balance import FEWEST, JOINTS, motion_of
 from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT

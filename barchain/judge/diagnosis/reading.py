@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from barchain.judge.diagnosis.mistake import Mistake
 from barchain.metrics.quantities import arrays
 from reference_impl.model.kinematics import cross, directions, relative_positions, relative_velocities

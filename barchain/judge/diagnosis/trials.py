@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.mean_elements import by_mean_elements

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import DOP853
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import differences, slowest_rate
 from barchain.solutions.certified import MARGIN

@@ -30,8 +30,8 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from adapters.common.initial_state import chain_model
 from adapters.common.reference_effects import effects_of
+from adapters.common.reference_model import chain_model
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import divergence_instant_s
 from reference_impl.model.complex_vectors import squared_norm, unit_along

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.common.initial_state import POINT_PART, chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import POINT_PART, chain_model
 from barchain.studies.distributions import VariationError
 from barchain.studies.ensemble.variation import DrawStream
 from reference_impl.integrate.simulate import contact_free_perigee_m, contact_free_radius_m, largest_pull_m_s2

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from adapters.engine import EngineError
 from adapters.registry import find_own_engine
 from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS

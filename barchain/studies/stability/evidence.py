@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from barchain.judge.checks.beyond_limit import kinetic_ratio
 from barchain.metrics.quantities import drifts
 from barchain.runs.job import Role

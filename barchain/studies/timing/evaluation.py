@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from barchain.runs.phases import Stopwatch
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.kernel import layout

@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from adapters.common.initial_state import chain_model
+from adapters.common.reference_model import chain_model
 from adapters.reference import numpy_engines as reference_adapter
 from adapters.reference.numpy_engines import Reference
 from barchain.studies.selftest.faults import reasons
