@@ -134,6 +134,15 @@ class Registration:
         return KERNEL_REMEDY if self.needs_kernel and there and why_missing() else self.install
 
     @property
+    def version_words(self) -> str:
+        """Version for readers: of a program what its entry states, if it states one."""
+        if self.entry:
+            from adapters.command.entries import unpacked, version_words
+
+            return version_words(*unpacked(self.entry)) or self.version
+        return self.version
+
+    @property
     def version(self) -> str:
         """Installed version of the engine's distribution; barchain's own version for the reference.
 

@@ -58,7 +58,7 @@ def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
 
     for name, r in registered.items():
         known: dict[str, Any] = {
-            "name": name, "installed": not r.missing, "version": None if r.missing else r.version,
+            "name": name, "installed": not r.missing, "version": None if r.missing else r.version_words,
             "default": r.by_default, "independent_physics": r.external, "missing": r.missing,
             "install": r.remedy or None,
         }  # fmt: skip

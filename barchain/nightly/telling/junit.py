@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
 from barchain.nightly.figures.changes import result_words
+from reports.results.nights.document import PartState
 from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error, *, need
         case = TestCase(part.name, PLAN, round(part.duration_s, 3))
         if not part.whole:
             left = f"; left: {', '.join(part.left)}" if part.left else ""
-            kind = "bad input" if part.bad_input else part.state
+            kind = "bad input" if part.bad_input else "missing" if part.state is PartState.DONE else part.state
             case.result = [fault(plain_text(f"{part.reasons or part.state}{left}"), kind)]
         suite.add_testcase(case)
     suite.update_statistics()  # type: ignore[no-untyped-call]

@@ -70,8 +70,8 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
 
 
 def joined(*sentences: str) -> str:
-    """Sentences one after the other."""
-    return " ".join(filter(None, sentences))
+    """Sentences one after the other; what is cut short ends in its ellipsis."""
+    return " ".join(filter(None, sentences)).replace("….", "…")
 
 
 def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
