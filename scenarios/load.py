@@ -19,7 +19,7 @@ from scenarios.toml.field_types import type_faults, with_plain_numbers, with_typ
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import read_text, tables_of
 from scenarios.toml.resolve import IncompleteError, resolve
-from scenarios.toml.start_table import with_state
+from scenarios.toml.start_table import need_met_laws, with_state
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -204,14 +204,21 @@ def go_on(scene: Scene, state: Mapping[str, Any], changes: Mapping[str, Any] | N
     before_s = tables["run"].get("start_s", 0.0)
     clock = {"run": {"start_s": before_s + state["run"]["start_s"]}}
     started = merged(merged(tables, without_numpy(state)), clock)
-    return scene_of(merged(started, without_numpy(changes or {})), scene.name, scene.name)
+    return scene_of(merged(started, without_numpy(changes or {})), scene.name, scene.name, goes_on=True)
 
 
-def scene_of(tables: dict[str, Any], name: str, file: str, folder: Path = Path()) -> Scene:
-    """Scene of a file's tables, whose paths are relative to `folder`; error messages begin with `file`."""
+def scene_of(tables: dict[str, Any], name: str, file: str, folder: Path = Path(), *, goes_on: bool = False) -> Scene:
+    """Scene of a file's tables, whose paths are relative to `folder`; error messages begin with `file`.
+
+    A scene that goes on from the state of a run has laws that this state meets.
+    """
+    goes_on = goes_on or "start" in tables
     try:
         tables = with_state(tables, folder)
-        return dataclasses.replace(resolve(SceneFile.model_validate(tables), name), given=tables)
+        scene = dataclasses.replace(resolve(SceneFile.model_validate(tables), name), given=tables)
+        if goes_on:
+            need_met_laws(scene)
+        return scene
     except ValidationError as error:
         raise SceneError("\n".join(f"{file}: {line}" for line in fault_lines(error))) from None
     except (IncompleteError, LimitError) as error:

@@ -85,6 +85,6 @@ class Dart(JointTreeEngine):
     title = "DART, joint coordinates in a freely falling frame, ABA stepped by SciPy's DOP853"
     tree = DartChain
     unsupported_reasons = reasons(
-        "prescribed rotation is not supported: DART prescribes the angle between two bars, "
-        "and a law here prescribes the angle of one bar"
+        "prescribed rotation is not supported: the adapter takes accelerations from DART, and does not find the torque "
+        "that holds a bar or a joint to its law"
     )

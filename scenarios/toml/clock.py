@@ -66,7 +66,7 @@ def later_turn(number: int, law: PrescribedRotationTable, start_s: float) -> Pre
     if begins_s >= start_s:
         times = law.times_s and [t - start_s for t in law.times_s]
         return law.model_copy(update={"times_s": times} if times else {"start_s": begins_s - start_s})
-    if ends_s > start_s:
+    if ends_s > start_s and law.amplitude_deg != 0.0:  # one that holds its bar goes on to hold it
         raise ValueError(
             f"effects.prescribed_rotation[{number}]: bar {law.bar} is being turned at the start, run.start_s = "
             f"{start_s:g} s; allowed: up to {begins_s:g} s, or from {ends_s:g} s on"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from scenarios.channels import CHANNELS, TIME
+from scenarios.effect_types import Frame
 from scenarios.limits import MOST_KEY
 from scenarios.nearest import nearest
 from scenarios.text import shorten, visible
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from scenarios.scene import Scene
+
     Data = dict[str, Any]
     Row = Mapping[str, Any]
 
@@ -26,6 +29,8 @@ OWN = ("angle_from", "centre_m", *ANGLE_KEYS, *RATE_KEYS)
 """Keys of `[chain]` that a state stands for"""
 SAME_INSTANT = 1e-9
 """Relative difference of an instant that is written with ten digits"""
+MET = 1e-6
+"""Share of the fastest rate by which a held bar may turn in a state: digits of a file, drift of its engine"""
 
 
 class OnlyStart(BaseModel):
@@ -149,3 +154,29 @@ def numbers(start: StartTable, row: Row, names: Sequence[str]) -> list[float]:
             )
         found.append(value)
     return found
+
+
+def need_met_laws(scene: Scene) -> None:
+    """Check that a state in which a scene goes on turns its prescribed bars and joints as their laws do there: not.
+
+    To catch a moving joint is an impact, in which other bars jump, too. Bars that follow the local horizontal are left
+    out: a bar's own longitude tells.
+
+    Raises
+    ------
+    IncompleteError
+        If a law would have to stop its bar or joint at once.
+    """
+    rates = [factor * scene.orbital_rate_rad_s for factor in scene.chain.rate_factor]
+    for law in scene.effects.prescribed_rotation:
+        joint = law.frame is Frame.PREVIOUS_BAR
+        if law.frame is Frame.LOCAL_HORIZONTAL:
+            continue
+        against = rates[law.bar - 2] if joint else 0.0
+        if abs(rates[law.bar - 1] - against) > MET * scene.fastest_rate_rad_s:
+            whose = f"bar {law.bar} turns {f'against bar {law.bar - 1} ' if joint else ''}at"
+            raise IncompleteError(
+                f"effects.prescribed_rotation: {whose} {rates[law.bar - 1] - against:.4g} rad/s in the state of the "
+                "start, where its law holds it; allowed: a state at rest there (to catch it in motion is an impact, "
+                "which is not in the model)"
+            )

@@ -48,6 +48,24 @@ def run(scene: Scene) -> Trajectory:
     return Reference().run(scene, Setting(AccuracyParameter.RTOL, RTOL))
 
 
+HELD = {"bar": 2, "amplitude_deg": 0.0, "duration_s": 2.0 * HALF_S, "frame": "previous_bar"}
+
+
+def test_a_joint_that_moves_is_not_caught_by_a_law_and_one_at_rest_is_held() -> None:
+    """Rates of 0.1 mrad/s and 0 against the bar before; an impact would change the momentum of the other bars."""
+    state = run(SCENE).state(HALF_S)
+    with pytest.raises(SceneError, match=r"bar 2 turns against bar 1 at .* rad/s in the state"):
+        go_on(SCENE, state, REST | {"effects": {"prescribed_rotation": [HELD]}})
+    still = {**state, "chain": {**state["chain"], "rate_rad_s": [state["chain"]["rate_rad_s"][0]] * 3}}
+    assert go_on(SCENE, still, REST | {"effects": {"prescribed_rotation": [HELD]}}).effects.prescribed_rotation
+
+
+def test_a_lock_goes_on_to_hold_its_joint() -> None:
+    locked = change_scene(SCENE, {"effects": {"prescribed_rotation": [HELD]}})
+    (law,) = go_on(locked, run(locked).state(HALF_S), REST).effects.prescribed_rotation
+    assert law.amplitude_rad == 0.0
+
+
 def test_two_halves_are_the_whole_to_the_accuracy_of_the_runs() -> None:
     """The second half starts off by roundings of the state, and both runs have errors of their tolerance.
 

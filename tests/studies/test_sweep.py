@@ -163,7 +163,7 @@ def test_a_wrong_variation_ends_in_one_line_before_any_run(
 @pytest.mark.parametrize(("options", "words"), [
     ("--measure largest(tensoin)", "did you mean tension?"),
     ("--measure largst(tension)", "did you mean largest?"),
-    ("--measure tension", "allowed: largest, least, final, rms or p95"),
+    ("--measure tension", "allowed: largest, least, peak, final, rms or p95"),
     ("--measure p101(tension)", "p0 to p100"),
     ("--measure largest(tension[6])", "no bar 6, allowed: 1 to 5"),
     ("--measure largest(altitude[1])", "the number of a bar or joint"),

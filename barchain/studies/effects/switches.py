@@ -98,8 +98,10 @@ def widths_m(scene: Scene, width_m: float | None) -> tuple[float, ...]:
     ------
     NoDefaultError
         Without either: drag and sunlight are proportional to the width, and a bar's length does not tell it. Both
-        are those of bars whose centres of mass are midway.
+        are those of bars whose centres of mass are midway, and no body's.
     """
+    if scene.chain.bodies:
+        raise NoDefaultError("drag and sunlight act along bars, and the chain has an end body")
     if scene.chain.com_share:
         raise NoDefaultError("drag and sunlight need bars whose centres of mass are midway between their ends")
     if width_m is not None:

@@ -114,13 +114,15 @@ def populate(scene: Scene, variations: tuple[Variation, ...], runs: int, seed: i
 def drawn(scene: Scene, streams: list[DrawStream], runs: int) -> Population:
     """Draw the next copies of `scene`.
 
-    A bar whose mass or length varies keeps the shape of its mass: its inertia goes with m l², unless it varies itself.
+    A slender bar whose mass or length varies stays one: its inertia goes with m l², unless it varies itself. Another
+    inertia, which the scene states, stays.
     """
     names = [f.name for f in dataclasses.fields(Population) if f.name != "scene"]
     whole: dict[str, Any] = vars(scene.orbit) | vars(scene.chain)
     given = {name: np.atleast_1d(np.array(whole[name], dtype=float)) for name in names}
     copies = {name: np.tile(value, (runs, 1)) for name, value in given.items()}
-    shapes = np.ones((runs, scene.bars), dtype=bool)
+    slender = given["mass_kg"] * given["length_m"] ** 2 / 12.0
+    shapes = np.tile(np.isclose(given["inertia_kg_m2"], slender, rtol=SLENDER), (runs, 1))
     for stream in streams:
         v, values = stream.variation, stream.take(runs)
         where = slice(v.bar - 1, v.bar) if v.bar else slice(None)
@@ -133,6 +135,8 @@ def drawn(scene: Scene, streams: list[DrawStream], runs: int) -> Population:
     return Population(scene, **{name: d if hasattr(scene.chain, name) else d[:, 0] for name, d in copies.items()})
 
 
+SLENDER = 1e-9
+"""Relative difference of inertias that are those of slender bars: rounding"""
 LOCATED = ("drag", "solar_pressure", "impulse")
 """Effects whose events are settled between compiled segments, run by run"""
 

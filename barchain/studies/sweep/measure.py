@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 OVER_TIME: dict[str, Callable[[Array], Array]] = {
     "largest": lambda values: values.max(axis=0),
     "least": lambda values: values.min(axis=0),
+    "peak": lambda values: np.abs(values).max(axis=0),
     "final": lambda values: values[-1],
     "rms": lambda values: np.sqrt(np.mean(values**2, axis=0)),
 }
