@@ -31,7 +31,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
         ("Array = 3.0 * model", "Array = 1.5 * model"),
     ],
     ("reference_impl/model/joints.py", "reference"): [
-        ("xx[1:-1] - w[1:-1]", "xx[:-2] - w[1:-1]"),
+        ("= xx - w[1:-1]", "= xx[::-1] - w[1:-1]"),
         ("REFINEMENTS = 5", "REFINEMENTS = 1"),
     ],
     ("reference_impl/model/relative.py", "reference effects"): [
@@ -53,7 +53,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
         ("com_x * nearer - x * faded", "com_x * nearer + x * faded"),
     ],
     ("reference_impl/kernel/c/chain/joints.h", "kernel"): [
-        ("-(sxx * kxy + sxy * xxx)", "-(sxx * kxy - sxy * xxx)"),
+        ("-(sxx * txy + sxy * xxx)", "-(sxx * txy - sxy * xxx)"),
     ],
     ("reference_impl/kernel/c/effects/third_body.h", "kernel effects"): [
         ("(body_x * change + x * (1.0", "(body_x * change - x * (1.0"),
@@ -74,13 +74,13 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
         ("elif angle:\n            value = math.radians(value)", "elif angle:\n            value = float(value)"),
     ],
     ("adapters/pymunk/space.py", "adapters/test_pymunk.py"): [
-        ("inward = 0.5 * np", "inward = np"),
+        ("0.5 * dt_s**2 * (np.array(lever_m)", "dt_s**2 * (np.array(lever_m)"),
         ("0.5 ** (2.0 / self", "0.5 ** (1.0 / self"),
     ],
     ("adapters/mujoco/chain.py", "adapters/test_mujoco.py"): [
         ("on_next_bar=True", "on_next_bar=False"),
         ("round(data.time / self", "int(data.time / self"),
-        ("0.0, inertia * spin))", "0.0, mass * spin))"),
+        ("bar.inertia_kg_m2 * spin))", "bar.mass_kg * spin))"),
     ],
     ("barchain/runs/trajectory_checks.py", "harness metrics"): [
         ("~np.isfinite(value", "np.isnan(value"),
