@@ -126,6 +126,14 @@ def test_a_file_that_diverges_at_its_end_agrees_at_no_request_and_is_told_from_w
     assert f"departs at t = {frame.t_s.iloc[-5]:.4g} s" in found.mistakes
 
 
+def test_a_mistake_is_not_told_of_columns_that_the_file_lacks(right, judged):
+    angles = [name for name in right if name.startswith("angle")]
+    frame = right[["t_s", *angles]].assign(**{name: np.degrees(right[name]) for name in angles})
+    found = judged(frame).mistakes
+    assert "Your angles are in degrees" in found
+    assert "rates" not in found
+
+
 def test_one_wrong_cell_is_told_by_its_instant(right, judged):
     wrong = right.copy()
     wrong.loc[150, "angle_1_rad"] += 1e-3

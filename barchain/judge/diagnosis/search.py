@@ -232,6 +232,12 @@ class Tried:
         return Explanation((self.mistake,), self.fit.of(self.altered))
 
 
+def fields_of(tried: Tried) -> frozenset[str]:
+    """Arrays that a mistake of reading alters."""
+    assert isinstance(tried.mistake, Reading)
+    return frozenset(tried.mistake.changes)
+
+
 class ReadingSearch:
     """Mistakes of reading that may explain one result; each part is computed once."""
 
@@ -259,8 +265,14 @@ class ReadingSearch:
 
     @cached_property
     def readings(self) -> list[Tried]:
-        """Known mistakes of reading alone."""
-        return self.tried(READINGS)
+        """Known mistakes of reading alone, none of arrays that the file lacks where a narrower one says as much."""
+        every = self.tried(READINGS)
+        lacking = {t.mistake.name for t in every if any(getattr(self.result.given, f) is None for f in fields_of(t))}
+
+        def narrower(t: Tried) -> bool:
+            return any(fields_of(o) < fields_of(t) and (o.fit, o.altered) == (t.fit, t.altered) for o in every)
+
+        return [t for t in every if t.mistake.name not in lacking or not narrower(t)]
 
     @cached_property
     def timings(self) -> list[Tried]:
