@@ -101,7 +101,7 @@ def test_a_night_that_ended_before_a_part_began_says_nothing_of_the_time_that_th
     assert waiting_parts(None) == []
 
 
-COSTS_S = {"alarm": 4.0, "core": 3.0, "cost": 12.0, "memory": 20.0, "hard": 8.0, "roundoff": 27.0, "random": 10.0}
+COSTS_S = {"alarm": 4.0, "core": 3.0, "cost": 12.0, "memory": 20.0, "hard": 8.0, "roundoff": 27.0}
 """Time of a scene, or of a whole part without scenes, with a part's start"""
 
 
