@@ -272,7 +272,7 @@ class KernelSimulation:
         """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes follow from each state."""
         chain = layout.refined(self.chain)
         observe = Observer(chain, self.work)
-        moded = any(effect.mode.size for effect in chain.effects)
+        moded = has_modes(chain)
         for one in [slice(k, k + 1) for k in range(len(result.t_s))] if moded else [slice(None)]:
             t, y = result.t_s[one].astype(self.y0.dtype), result.y[one]
             if moded:
@@ -286,6 +286,11 @@ def modes_at(coordinates: StateCoordinates, t_s: float, y: Array) -> Modes:
     state = coordinates.unpack(y)
     at = EffectState(coordinates.model, t_s, state, unit_along(state.angle_rad))
     return tuple(effect.mode(at) for effect in coordinates.model.effects)
+
+
+def has_modes(chain: CompiledChain) -> bool:
+    """Whether an effect of compiled code has a mode, such as a face or light."""
+    return any(effect.mode.size for effect in chain.effects)
 
 
 def set_modes(chain: CompiledChain, modes: Modes | None) -> None:
@@ -304,7 +309,7 @@ class CompiledRates(MinimalCoordinates):
         self.chain, self.work, self.order = chain, work, order
         self.y, self.slopes = np.zeros_like(y0), np.zeros_like(y0)
         self.evaluation = Evaluation(self.y, self.slopes, chain, work)
-        self.moded = any(effect.mode.size for effect in chain.effects)
+        self.moded = has_modes(chain)
 
     def rhs(self, t_s: float, y: Array) -> Array:
         """Time derivative of a vector in the NumPy reference's order.

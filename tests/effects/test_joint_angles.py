@@ -10,19 +10,13 @@ import pytest
 from scipy.integrate import quad
 
 from adapters.common.reference_model import chain_model
-from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ENGINES
-from adapters.trajectory import Trajectory
 from barchain.metrics.derived import Motion, columns_of
 from reference_impl.model import invariants
 from scenarios import Gravity, Scene, SceneError, load_scene
 from scenarios.load import parse_scene
+from tests.effects.joint_runs import forms, moved
 
-SETTING = Setting(AccuracyParameter.RTOL, 1e-13)
-FORMS = [
-    pytest.param(name, marks=pytest.mark.skipif(bool(ENGINES[name].missing), reason=ENGINES[name].missing or ""))
-    for name in ("reference", "reference-fast", "heyoka")
-]
+FORMS = forms("reference", "reference-fast", "heyoka")
 
 
 def arm(bars: int, *, gravity: Gravity = Gravity.NONE, rate: float = 0.0) -> Scene:
@@ -40,14 +34,6 @@ def arm(bars: int, *, gravity: Gravity = Gravity.NONE, rate: float = 0.0) -> Sce
     laws = tuple(law for law in scene.effects.prescribed_rotation if law.bar <= bars)
     effects = dataclasses.replace(scene.effects, gravity=gravity, prescribed_rotation=laws)
     return dataclasses.replace(scene, name="mine", chain=chain, effects=effects)
-
-
-def moved(scene: Scene, engine: str) -> Trajectory:
-    """Run of an engine."""
-    run = ENGINES[engine].load()()
-    run.build(scene, SETTING)
-    run.simulate()
-    return run.read().of_run(scene)
 
 
 @pytest.mark.parametrize("engine", FORMS)

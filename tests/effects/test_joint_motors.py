@@ -8,17 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ENGINES
-from adapters.trajectory import Trajectory
 from barchain.metrics.derived import Motion, columns_of
 from scenarios import Gravity, JointTorque, Scene, SceneError, load_scene
+from tests.effects.joint_runs import forms, moved
 
-SETTING = Setting(AccuracyParameter.RTOL, 1e-13)
-FORMS = [
-    pytest.param(name, marks=pytest.mark.skipif(bool(ENGINES[name].missing), reason=ENGINES[name].missing or ""))
-    for name in ("reference", "reference-fast", "reference-absolute", "heyoka")
-]
+FORMS = forms("reference", "reference-fast", "reference-absolute", "heyoka")
 FREE = """
 title = "Two equal bars at rest"
 source = "test"
@@ -50,14 +44,6 @@ def scene_of(folder: Path, effects: str) -> Scene:
     """Two equal bars at rest in free space, with these effects."""
     (folder / "mine.toml").write_text(FREE.format(effects=effects))
     return load_scene(str(folder / "mine.toml"))
-
-
-def moved(scene: Scene, engine: str) -> Trajectory:
-    """Run of an engine."""
-    run = ENGINES[engine].load()()
-    run.build(scene, SETTING)
-    run.simulate()
-    return run.read().of_run(scene)
 
 
 @pytest.mark.parametrize("engine", FORMS)

@@ -6,22 +6,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from adapters.trajectory import Trajectory
-from scenarios import Scene, SceneError, change_scene, load_scene
+from scenarios import SceneError, change_scene, load_scene
+from tests.effects.joint_runs import forms, moved
 
-SETTING = Setting(AccuracyParameter.RTOL, 1e-13)
-FORMS = [
-    pytest.param(name, marks=pytest.mark.skipif(bool(ENGINES[name].missing), reason=ENGINES[name].missing or ""))
-    for name in ("reference", "reference-fast", "heyoka")
-]
+FORMS = forms("reference", "reference-fast", "heyoka")
 REST = [(1, 0.0), (2, 0.0)]
-
-
-def moved(scene: Scene, engine: str) -> Trajectory:
-    """Motion in one form of the equations."""
-    return ENGINES[engine].engine().run(scene, SETTING)
 
 
 @pytest.mark.parametrize("engine", FORMS)

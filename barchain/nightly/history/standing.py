@@ -111,7 +111,7 @@ def raised(allowed: Figure, was: Figure, now: Figure) -> Figure:
     Errors of two causes add at most: a step from e to e' adds at least e' - e by itself, |e + d| <= |e| + |d|, and
     stays when the other cause is gone.
     """
-    if FigureKind.ERROR is not allowed.identity.kind or allowed.missing or was.missing or now.missing:
+    if allowed.identity.kind is not FigureKind.ERROR or allowed.missing or was.missing or now.missing:
         return allowed
     return dataclasses.replace(
         allowed, value=(allowed.value or 0.0) + max((now.value or 0.0) - (was.value or 0.0), 0.0)
