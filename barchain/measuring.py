@@ -211,9 +211,9 @@ def sweep(
         :func:`barchain.ensemble`. Lists count from 1, and ``[*]`` draws each value of a list by itself. Grids and lists
         make all combinations; numbers that are drawn are drawn together, the same at each combination.
     measures : iterable of str
-        E.g. ``["largest(tension)", "final(attitude[2])", "p95(altitude)"]``: ``largest``, ``least``, ``final``, ``rms``
-        or a percentile over the samples of a stored or derived channel, of one bar or joint or the worst of all, or of
-        one column. By default the largest reaction and both ends of the altitude.
+        E.g. ``["largest(tension)", "final(attitude[2])", "p95(altitude)"]``: ``largest``, ``least``, ``peak`` (size),
+        ``final``, ``rms`` or a percentile over the samples of a stored or derived channel, of one bar or joint or the
+        worst of all, or of one column. By default the largest reaction and both ends of the altitude.
     out : Path or str, optional
         Result folder; nothing is kept by default.
     engines : iterable of str, optional

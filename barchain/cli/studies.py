@@ -361,9 +361,9 @@ def ensemble(scene: str, vary: tuple[str, ...], runs: int, out: Path, kept: dict
                    "chain.bars=2,4,8, or a distribution, 'chain.angle_deg[2]=normal(80, 1)', of bar 2. "
                    "May be repeated; grids and lists make all combinations, draws are made together.")  # fmt: skip
 @click.option("--measure", "measures", multiple=True, metavar="MEASURE",
-              help="Measure this of each run: largest, least, final, rms or p95 of a channel, e.g. 'largest(tension)', "
-                   "'final(attitude[2])' (of bar 2); `barchain explain channels` lists them. May be repeated; default: "
-                   "largest reaction, both ends of the altitude.")  # fmt: skip
+              help="Measure this of each run: largest, least, peak (size), final, rms or p95 of a channel, e.g. "
+                   "'largest(tension)', 'final(attitude[2])' (of bar 2); `barchain explain channels` lists them. "
+                   "May be repeated; default: largest reaction, both ends of the altitude.")  # fmt: skip
 @click.option("--runs", metavar="N", type=click.IntRange(1, MOST_RUNS),
               help="Draw N times from the distributions; default: 1000.")  # fmt: skip
 @click.option("--seed", metavar="N", type=SEED, default=1, show_default=True,
