@@ -346,7 +346,10 @@ def on_the_ladder(
         sought = mistakes is None and rtol in DIAGNOSED and main.enough and needs_diagnosis(verdict)
         if sought:
             seen = diagnosis(verdict, main)
-            mistakes, unexplained = (seen, None) if seen.explanations else (None, seen if seen.wrong else unexplained)
+            if seen.explanations:
+                mistakes = seen
+            elif seen.wrong and (rtol <= COARSEST or unexplained is None):  # of the request whose ratios are told
+                unexplained = seen
         if rtol <= COARSEST and needs_diagnosis(verdict):
             found, setting, held = verdict, at.setting, f"; the ratios below are those at rtol={rtol:g}"
     else:

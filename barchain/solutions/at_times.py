@@ -68,7 +68,7 @@ def solution_at(solution: ReferenceSolution, t_s: Array) -> ReferenceSolution:
 
 
 def motion_at(scene: Scene, base: Trajectory, t_s: Array) -> Trajectory:
-    """Motion at instants (n,) s, from samples `base` of it."""
+    """Motion at instants (n,) s, from samples `base` of it; what an engine measures at its own samples is not there."""
     before = np.searchsorted(base.t_s, t_s, side="right") - 1
     names = [name for name in FIELDS.values() if getattr(base, name) is not None]
     arrays = {name: getattr(base, name)[before].copy() for name in names}
@@ -80,7 +80,8 @@ def motion_at(scene: Scene, base: Trajectory, t_s: Array) -> Trajectory:
             if name == "impulse_N_s":  # counted from the start of the run that went on
                 values = values + arrays[name][rows[0]]
             arrays[name][rows] = values[1:]
-    return base.replace(t_s=t_s, **arrays)
+    measured = dict.fromkeys(("gap_m", "com_residual_m", "position_m", "condition"))
+    return base.replace(t_s=t_s, **measured, **arrays)
 
 
 def restarted_run(

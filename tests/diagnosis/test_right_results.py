@@ -114,6 +114,22 @@ def test_a_result_with_missing_numbers_is_wrong_and_unexplained() -> None:
     assert not found.explanations
 
 
+@pytest.mark.parametrize("compared", [1, 20, 1000])
+def test_what_is_silent_about_all_wrong_samples_explains_none(compared: int) -> None:
+    """Central differences say nothing at both ends, and a delay nothing at one."""
+    right, solved = run(SCENE, RTOL), solution_of(SCENE)
+    assert right.rate_rad_s is not None
+    size = np.abs(right.rate_rad_s).max()
+    tolerance = {"rate": np.full(len(right.t_s), 0.1 * size)}  # differences of the samples are inside it
+    tolerance["rate"][compared:] = np.inf
+    wrong = right.rate_rad_s.copy()
+    wrong[[0, -1]] += 1e3 * size
+    found = diagnose(SCENE, right.replace(rate_rad_s=wrong), solved, tolerance)
+    assert [w.quantity for w in found.wrong] == ["rate"]
+    assert not found.explanations, str(found)
+    assert not found.parts, str(found)
+
+
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", ["repeated", "drifting"])
 def test_a_repeated_sample_and_drifting_rates_are_no_known_mistake(kind: str) -> None:

@@ -235,6 +235,18 @@ def test_instants_that_are_late_are_named_with_and_without_the_row_of_the_start(
     assert ("after the first row" in found.mistakes) is first_row
 
 
+def test_two_mistakes_in_few_rows_of_one_column_get_no_wrong_name(judged, tmp_path):
+    """Rates of an undamped motion, of instants 0.05 s too late: after the first row, nothing is judged at rtol=1e-4."""
+    damped = scene_of(HINGED.replace("angle_deg = 0.0", "angle_deg = [-10.0, 10.0]"), tmp_path)
+    free = change_scene(damped, {"effects": {"joint_spring_damper": {"damping_N_m_s_rad": 0.0}}})
+    motion = solution_at(judging_solution(closely_sampled(free), 60.0), np.arange(0.05, 1.0, 0.06)).trajectory
+    rows = to_frame(motion)[["t_s", "rate_2_rad_s"]].round(4)
+    found = judged(rows.assign(t_s=rows.t_s - 0.05), scene=damped)
+    assert not found.passed
+    assert not found.mistakes or found.mistakes.startswith("No known mistake"), found.mistakes
+    assert any("at t = 0 the rate is" in said for said in found.advice)
+
+
 def test_a_right_file_that_declares_nothing_passes_at_the_accuracy_that_it_has(right, judged):
     found = judged(right)
     assert found.passed

@@ -51,7 +51,7 @@ NEARLY = 1e-6
 REACTION_FACTORS = ("reactions-times-a-factor",)
 """Fitted readings that other masses in the equations of the reactions make, too"""
 FEW_SAMPLES = 3
-"""Samples up to which one wrong sample is nothing special"""
+"""Compared samples up to which one wrong sample is nothing special"""
 AFTER_JUMPS = "samples-after-jumps"
 JUST_AFTER = 1e-10
 """Time after an event, relative to the duration, at which the motion is the one after it"""
@@ -204,8 +204,9 @@ def only_at_jumps(result: GivenResult, judging: ReferenceSolution) -> Explanatio
 
 
 def foretold(result: GivenResult, explanation: Explanation) -> bool:
-    """Whether the result holds numbers enough for an explanation, of all that are tried."""
-    return foretells(result.digits, 0, len(READINGS) ** len(explanation.mistakes))
+    """Whether the quantities that an explanation names, else all, hold numbers enough for it, of all that are tried."""
+    digits = result.digits_of(result.quantities & explanation.fit.keys() or result.quantities)
+    return foretells(digits, 0, len(READINGS) ** len(explanation.mistakes))
 
 
 def half_way(judging: ReferenceSolution) -> Trajectory | None:
@@ -225,9 +226,10 @@ def searched(search: ReadingSearch, own: OwnMotion, wrong: tuple[WrongQuantity, 
     if equal:
         return Diagnosis(wrong, equal, next((e for e in others if e not in equal), None))
     next_best, together = next(iter(others), None), search.parts_together
-    if together is not None:
+    if together is not None and foretold(search.result, together):
         return Diagnosis(wrong, (together,), next_best)
-    return Diagnosis(wrong, (), next_best, tuple(t.of_altered for t in search.in_parts), own.nearest)
+    parts = tuple(part for t in search.in_parts if foretold(search.result, part := t.of_altered))
+    return Diagnosis(wrong, (), next_best, parts, own.nearest)
 
 
 def causes(search: ReadingSearch, own: OwnMotion) -> list[Explanation]:
@@ -292,7 +294,7 @@ def wrong_quantities(result: GivenResult) -> tuple[WrongQuantity, ...]:
         over = inside & ~(apart[name] <= result.tolerance[name])
         if over.any():
             first = int(np.argmax(over))
-            alone = result.n > FEW_SAMPLES and np.count_nonzero(over) == 1
+            alone = bool(np.count_nonzero(inside) > FEW_SAMPLES and np.count_nonzero(over) == 1)
             counted = over if alone else inside
             largest, whole = float(apart[name][counted].max()), float(size[name][inside].max(initial=0.0))
             when, scale = float(result.right.t_s[first]), result.scale.get(name, 0.0)

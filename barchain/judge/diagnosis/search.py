@@ -80,6 +80,12 @@ class GivenResult:
         given, right = self.given.samples(rows), self.right.samples(rows)
         return GivenResult(self.scene, given, right, tolerance, self.scale, self.absent)
 
+    @cached_property
+    def wrong(self) -> dict[str, NDArray[np.bool_]]:
+        """Samples (n,) at which each quantity is outside the tolerance of the right motion."""
+        apart = differences(self.given, self.right)
+        return {q: np.isfinite(self.tolerance[q]) & ~(apart[q] <= self.tolerance[q]) for q in self.quantities}
+
     @property
     def weights(self) -> dict[str, Array]:
         """Reciprocal tolerances (n,) of the compared quantities; 0 where nothing is compared."""
@@ -99,10 +105,9 @@ class GivenResult:
                 found.append(np.nan_to_num(off, nan=0.0, posinf=0.0, neginf=0.0))
         return np.concatenate(found, axis=1) if found else np.zeros((len(rows), 0))
 
-    @cached_property
-    def digits(self) -> Array:
+    def digits_of(self, quantities: frozenset[str]) -> Array:
         """Decimal digits of each independent number in the differences from the right motion, largest first."""
-        weights = self.weights
+        weights = {q: weight for q, weight in self.weights.items() if q in quantities}
         rows = np.flatnonzero(np.any([w > 0.0 for w in weights.values()], axis=0)) if weights else np.arange(0)
         return independent_digits(self.apart(self.right.samples(rows), rows, weights))
 
@@ -135,8 +140,8 @@ class GivenResult:
         Parameters
         ----------
         supposed : Trajectory
-            NaN where the supposition says nothing: such values are not compared. A run that ends too early does not
-            fit.
+            NaN where the supposition says nothing: such values are not compared. One that is silent wherever the
+            result is wrong does not fit, nor does a run that ends too early.
         any_turns : bool
             Whether angles may differ by whole turns, the same at all samples.
         tolerance : mapping, optional
@@ -148,8 +153,12 @@ class GivenResult:
         apart = differences(completed(self.given, self.absent, supposed), supposed) if len(supposed.t_s) >= n else {}
         found = Fit()
         for name in sorted(self.quantities):
-            size = known(apart[name][:n]) if name in apart else np.full(n, math.inf)
             inside = np.isfinite(allowed[name])
+            size = apart[name][:n] if name in apart else np.full(n, math.inf)
+            unknown = np.isnan(size)
+            if unknown.any():
+                told = np.count_nonzero(unknown) <= MOST_UNKNOWN and bool((self.wrong[name] & inside & ~unknown).any())
+                size = np.where(unknown, 0.0, size) if told else np.full(n, math.inf)
             ratio, own = (max(0.0, worst(size, each[name], inside)[0]) for each in (allowed, self.tolerance))
             found[name] = Left(ratio, own, float(size[inside].max(initial=0.0)) / self.scale[name])
         return found
@@ -174,13 +183,6 @@ class GivenResult:
         apart = self.given.angle_rad[rows[0]] - supposed.angle_rad[rows[0]]
         turns = 2.0 * math.pi * np.rint(apart / (2.0 * math.pi))
         return supposed.replace(angle_rad=supposed.angle_rad + turns)
-
-
-def known(size: Array) -> Array:
-    """Differences (n,) with 0 at one or two unknown samples, NaN; infinite throughout if more are unknown."""
-    if np.count_nonzero(np.isnan(size)) > MOST_UNKNOWN:
-        return np.full_like(size, math.inf)
-    return np.nan_to_num(size, posinf=math.inf)
 
 
 def given_result(

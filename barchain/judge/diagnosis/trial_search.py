@@ -91,21 +91,24 @@ class TrialSearch:
 
     def explaining(self, result: GivenResult) -> list[Explanation]:
         """Explanations of the result under its present tolerances, by the fewest fitted numbers, best first."""
-        without = result.fit(result.right).own_error
-        digits = result.digits
         tried = 0
         for kind in ("simple", "further"):
             found: list[tuple[int, Explanation]] = []
             made: list[tuple[Trial, Array]] = getattr(self, kind)
             tried += len(made)
             for trial, amounts in made:
-                explanation = self.tested(result, trial, amounts)
+                seen = self.seen(trial, amounts, result)
+                if seen is None:
+                    continue
+                known, motion = seen
+                at = result.at(known) if len(known) < result.n else result
+                without, fit = at.fit(at.right).own_error, at.fit(motion.samples(known))
+                explanation = Explanation((Mistake(trial.name, trial.words(amounts), trial.section),), fit)
                 fitted = 0 if trial.nice(amounts) else len(amounts)
                 if (
-                    explanation is not None
-                    and explanation.explains(without)
-                    and without >= (GAIN if fitted else 1.0) * explanation.fit.own_error
-                    and foretells(digits, fitted, tried)
+                    explanation.explains(without)
+                    and without >= (GAIN if fitted else 1.0) * fit.own_error
+                    and foretells(at.digits_of(at.quantities), fitted, tried)
                 ):
                     found.append((fitted, explanation))
             if found:
@@ -113,23 +116,19 @@ class TrialSearch:
                 return sorted((e for k, e in found if k == fewest), key=lambda e: e.fit.normalised_error)
         return []
 
-    def tested(self, result: GivenResult, trial: Trial, amounts: Array) -> Explanation | None:
-        """A trial with its fit at the samples of which it says something; None where these are few."""
+    def seen(self, trial: Trial, amounts: Array, result: GivenResult) -> tuple[NDArray[np.intp], Trajectory] | None:
+        """Samples of which a trial says something, and its motion; None where these are few."""
         key = (trial.name, amounts.tobytes())
         if key not in self.motions:
             within = self.whole_steps <= WHOLE * MOST_STEPS
             self.motions[key] = trial.run(amounts, result.right.t_s) if within else None
             self.whole_steps += self.steps_of(self.motions[key])
-        seen = self.motions[key]
-        if seen is None:
+        motion = self.motions[key]
+        if motion is None:
             return None
-        finite = [np.isfinite(v).reshape(len(seen.t_s), -1).all(axis=1) for v in arrays(seen).values()]
+        finite = [np.isfinite(v).reshape(len(motion.t_s), -1).all(axis=1) for v in arrays(motion).values()]
         known = np.flatnonzero(np.all(finite, axis=0))
-        if len(known) < LEAST_KNOWN * result.n:
-            return None
-        at = result.at(known) if len(known) < result.n else result
-        fit = at.fit(seen.samples(known))
-        return Explanation((Mistake(trial.name, trial.words(amounts), trial.section),), fit)
+        return (known, motion) if len(known) >= LEAST_KNOWN * result.n else None
 
     @cached_property
     def simple(self) -> list[tuple[Trial, Array]]:
