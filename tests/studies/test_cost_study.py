@@ -19,7 +19,7 @@ from barchain.solutions.certified import certified
 from barchain.studies.cost.errors import errors_at_equal_steps, errors_of, under_floor
 from barchain.studies.cost.findings import orders_table, stopped
 from barchain.studies.cost.plan import load_jobs, name_of, shortened, sweeps, too_fine, too_long
-from barchain.studies.cost.study import CostRun, columns_of, cost_study, load_row, load_rows
+from barchain.studies.cost.study import CostRun, by_setting, columns_of, cost_study, load_row, load_rows
 from barchain.studies.study import Reporter, run_study
 from barchain.studies.timing.statistics import fit_order
 from reports.render import render_study
@@ -248,7 +248,7 @@ def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engine
 def test_a_study_that_goes_on_makes_the_runs_that_its_budget_allowed_when_it_began(
     tmp_path, engines, made, monkeypatch
 ):
-    """Each run takes 3 s by the clock of the workers, and no run is too brief to be left out."""
+    """Each run takes 3 s by the clock of the workers."""
     answer = OneByOneSession.start
 
     def slow(session, key, call):
@@ -257,7 +257,6 @@ def test_a_study_that_goes_on_makes_the_runs_that_its_budget_allowed_when_it_beg
         session.done.put((key, dataclasses.replace(found, seconds=3.0)))
 
     monkeypatch.setattr(OneByOneSession, "start", slow)
-    monkeypatch.setattr("barchain.studies.cost.study.BRIEF_S", 0.0)
     study = study_of({"reference": engines["reference"]}, repeats=5, minutes=20.0 / 60.0)
     run_study(study, tmp_path / "whole")
     whole = [(str(call.given[0].setting), call.repetition) for call in made]
@@ -336,6 +335,31 @@ def test_after_the_budget_no_setting_but_the_coarsest_is_begun(tmp_path):
     assert [r["outcome"] for r in run.rows.values()].count("pass") == 4
     assert {r["outcome"] for r in run.rows.values()} == {"pass", NotRun.BUDGET}
     assert stopped(pd.DataFrame(r for r in run.rows.values() if r["engine"] == "exudyn")) == "not run: budget"
+
+
+def test_the_first_pass_leaves_time_for_the_fewest_rounds_and_rounds_that_were_not_run_say_so(tmp_path):
+    """Each run takes 1 s: what the first pass measures can be measured three more times in the 60 s."""
+
+    class Bench:
+        spent_s = 0.0
+
+        def run(self, job, time_limit_s, turn=0):
+            del job, time_limit_s, turn
+            self.spent_s += 1.0
+            return Known(RunResult(Outcome.PASS, seconds={"build": 0.0, "simulate": 1e-3, "read": 0.0}))
+
+    said = []
+    study = cost_study([SCENE], ["reference", "scipy-dop853"], orbits=0.1, repeats=7)
+    run = CostRun(study, StudyStore(FILES, tmp_path, study.record()), Reporter(step=lambda *told: said.append(told)))
+    run.bench = Bench()
+    sweep = sweeps(study.scenes[0], study.engines)[0]
+    list(run_cases([("", run.first_pass(SimpleNamespace(scene=study.scenes[0]), sweep, 60.0))], ALL_CORES))
+    list(run_cases([("", run.rounds([job for level in by_setting(sweep) for job in level], 60.0))], ALL_CORES))
+    assert 50.0 <= run.bench.spent_s <= 70.0
+    ends = [told[-1] for told in said if told[1].startswith("round")]
+    assert len(ends) == 7
+    assert ends[-1] == "not run: the time budget is used"
+    assert not any(end == "pass" for end in ends)
 
 
 def test_settings_finer_than_the_oracle_can_tell_are_not_tried():

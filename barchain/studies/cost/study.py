@@ -177,6 +177,8 @@ class CostRun:
         self.times: dict[PointName, list[float]] = {}
         """Measured times of `simulate` of each point, s"""
         self.haste_at = math.inf
+        self.round_s = 0.0
+        """Time of a round over the good points of the scene so far, s"""
         self.equal_steps: list[Row] = []
         self.loads: list[Row] = []
 
@@ -199,6 +201,7 @@ class CostRun:
         self.store.record["certified_solutions"][scene.name] = words | {"error": error}
         deadline = self.bench.spent_s + share_s
         self.haste_at = self.bench.spent_s + FIRST_SHARE * share_s
+        self.round_s = 0.0
         yield from self.first_pass(solution, runs, deadline)
         yield from self.rounds([job for level in by_setting(runs) for job in level], deadline)
         for job in load_jobs(runs.values(), self.rows) if self.bench.spent_s < deadline else ():
@@ -218,10 +221,11 @@ class CostRun:
         """One turn of every point, setting by setting over the engines; settings past the time limit are not run.
 
         A setting has one limit for all engines, whatever their order. The coarsest is run in any case; once the
-        scene's time is used no further one is begun.
+        fewest rounds over what is measured need the rest of the scene's time, no further one is begun.
         """
         for k, level in enumerate(by_setting(runs)):
-            limit_s, over = self.limit_s(solution.scene), bool(k) and self.bench.spent_s > deadline
+            rounds_s = FEWEST_TURNS * self.round_s
+            limit_s, over = self.limit_s(solution.scene), bool(k) and self.bench.spent_s + rounds_s > deadline
             for job in level:
                 yield from self.first_turn(solution, job, runs[job.engine], limit_s, over=over)
             self.store.write("points", self.points())
@@ -252,10 +256,16 @@ class CostRun:
         spent: Row = {"outcome": str(NotRun.BUDGET), "reason": "the time budget is used"} if over else {}
         found = spent or too_long(coarser, job, limit_s, hasty=hasty) or too_fine([row for _, row in coarser])
         if found is None:
+            before_s = self.bench.spent_s
             (result,) = yield [self.bench.run(job, (1.0 + CHECK_SHARE) * 2.0 * self.study.time_limit_s)]
             found = columns_of(job, result, solution)
-            if result.outcome is Outcome.PASS and result.seconds["simulate"] >= LONG_S:
-                self.times[name_of(job)] = [result.seconds["simulate"]]
+            if result.outcome is Outcome.PASS:
+                again_s = result.seconds["simulate"]
+                if again_s >= LONG_S:
+                    self.times[name_of(job)] = [again_s]
+                elif coarser:  # the worker had started
+                    again_s = self.bench.spent_s - before_s
+                self.round_s += again_s
         named = dict(zip(("scene", "engine", "setting"), name_of(job), strict=True))
         named |= {"parameter": str(job.setting.parameter)}
         self.rows[name_of(job)] = named | {"value": job.setting.value} | found
@@ -268,7 +278,9 @@ class CostRun:
         """
         good = [j for j in jobs if self.rows[name_of(j)]["outcome"] == Outcome.PASS.value]
         for turn in range(self.study.repeats):
+            over, made = self.bench.spent_s > deadline, 0
             for job in (j for j in good if self.wanted(j, turn, late=self.bench.spent_s > deadline)):
+                made += 1
                 (result,) = yield [self.bench.run(job, 10.0 * self.study.time_limit_s, turn + 1)]
                 times = self.times.get(name_of(job), [])
                 if result.outcome is Outcome.PASS:
@@ -276,7 +288,9 @@ class CostRun:
                 elif not times:
                     self.rows[name_of(job)] |= {"outcome": str(result.outcome), "reason": result.reason}
             if jobs:
-                self.report(jobs[0].scene.name, f"round {turn + 1} of {self.study.repeats}", str(Outcome.PASS))
+                ended = "the time budget is used" if over else "no time is missing"
+                said_of = f"{made} times" if made else f"not run: {ended}"
+                self.report(jobs[0].scene.name, f"round {turn + 1} of {self.study.repeats}", said_of)
 
     def wanted(self, job: Job, turn: int, *, late: bool) -> bool:
         """Whether a point lacks its time of this round; late, only the least number of times counts."""
