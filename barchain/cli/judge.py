@@ -10,6 +10,7 @@ import click
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
 from barchain.cli.common.options import out_option, overwrite_option, scene_argument, time_limit_option
+from barchain.cli.common.progress import working
 from barchain.cli.common.terminal import say
 from barchain.record.environment import typed
 from barchain.runs.job import TIME_LIMIT_S
@@ -68,10 +69,11 @@ def judge(
         pair("--column", text, "NAME=COLUMN, e.g. 'angle_1 [deg]=phi'") for text in given
     )
     allowances = dict(allowance(text) for text in noise)
-    result = judge_files(
-        scene, file, finer, Declared(order, rtol, absolute, allowances), mapping, digits=digits, out=out,
-        time_limit_s=time_limit_s, overwrite=overwrite, command=typed(), render=page,
-    )  # fmt: skip
+    with working(f"judging {file.name}"):
+        result = judge_files(
+            scene, file, finer, Declared(order, rtol, absolute, allowances), mapping, digits=digits, out=out,
+            time_limit_s=time_limit_s, overwrite=overwrite, command=typed(), render=page,
+        )  # fmt: skip
     show(file, result)
     if not result.passed:
         raise findings()

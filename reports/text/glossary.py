@@ -49,7 +49,10 @@ FIELD = {
     "centre of mass (CM)": "Of the whole chain; its motion is the orbit.",
     "chain": "N rigid bars, joined end to end by N − 1 revolute joints.",
     "channel": "One quantity over time, e.g. `reaction`: stored as an array of a trajectory, or derived from those.",
+    "chaos": "Growth of any small difference by a factor in equal times, until it is as large as the motion: no engine "
+    "and no solution says what follows the predictability limit.",
     "Encke's form": "Differences of gravity from a nearby reference, written so that no large numbers are subtracted.",
+    "end body": "A body with its own mass and inertia at an end of the chain: a hub, a satellite, the base of an arm.",
     "engine": "A library's solver, or one of barchain's, with the formulation and the integrator that its adapter "
     "chooses.",
     "gap": "Distance of the two bar ends that a joint ties.",
@@ -66,7 +69,11 @@ FIELD = {
     "reaction": "Force in a joint, on bar j from bar j+1.",
     "redundant coordinates": "Position and angle of each bar, tied by constraints.",
     "relative coordinates": "Places counted from the chain's centre of mass.",
+    "restart": "Run of the reference from a state of the run that is judged, over one sample: what is compared beyond "
+    "the predictability limit.",
     "scene": "A TOML file: orbit, chain, effects, run.",
+    "set point": "Rest angle of a joint's spring that moves by a table: a spring and a damper then are a PD control.",
+    "tether": "A chain of long bars, with end bodies as its satellites.",
     "tree, joint-tree coordinates": "Position of one bar and joint angles.",
 }
 """Terms of the field, and of barchain's documents, with their meanings"""

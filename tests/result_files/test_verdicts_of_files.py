@@ -247,6 +247,17 @@ def test_two_mistakes_in_few_rows_of_one_column_get_no_wrong_name(judged, tmp_pa
     assert any("at t = 0 the rate is" in said for said in found.advice)
 
 
+def test_numbers_that_were_rounded_before_they_were_written_in_full_are_told_as_that(right, judged):
+    """6728000.0 has eight digits, of which six count; reversed reactions are wrong all the same."""
+    rounded = right.map(lambda value: float(f"{value:.6g}"))
+    found = judged(rounded)
+    assert not found.passed
+    assert not found.mistakes
+    assert "--digits 6" in " ".join(found.advice)
+    reversed_ones = {name: -rounded[name] for name in rounded if name.startswith("reaction")}
+    assert "--digits" not in " ".join(judged(rounded.assign(**reversed_ones)).advice)
+
+
 def test_a_right_file_that_declares_nothing_passes_at_the_accuracy_that_it_has(right, judged):
     found = judged(right)
     assert found.passed

@@ -59,6 +59,21 @@ def note(text: str) -> None:
 
 
 @contextlib.contextmanager
+def working(what: str) -> Iterator[None]:
+    """Show on a terminal that something without steps goes on, and for how long."""
+    console = error_console()
+    if quiet() or not console.is_terminal:
+        yield
+        return
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as shown:
+        shown.add_task(literal(what), total=None)
+        yield
+
+
+@contextlib.contextmanager
 def verdicts_shown(total: int | None) -> Iterator[Reporter]:
     """Reporter that shows each verdict as it comes, of `total` expected; off a terminal one line for each.
 
