@@ -54,8 +54,9 @@ RECORD_DIGEST = "record_digest"
 """Key of a record: digest of its other entries, without ``void``, which somebody may give a night later"""
 FORMAT = 1
 NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
-TORN = f"it is being written, was copied in part, or its {RECORD} or {FIGURES} is damaged"
-DAMAGED = "it is damaged, as its figures are not those of its record; copy the night again, or remove its folder"
+MISSING = "it has no {}: it is being written, or was copied in part"
+UNREADABLE = f"it has a {RECORD} that is damaged, or being written; copy the night again, or remove its folder"
+DAMAGED = f"it is damaged, as its {FIGURES} is not that of its record; copy the night again, or remove its folder"
 AT_ONCE = 50
 """Nights whose files are held together"""
 LATEST = "latest"
@@ -131,7 +132,15 @@ class NightStore:
         parts = {*self.place.sizes(f"*/{FIGURES}"), *self.place.sizes(f"*/{RECORD}")}
         whole = self.summaries()
         names = {name.partition("/")[0] for name in parts} - whole.keys()
-        torn = {name: DAMAGED if name in self.broken else TORN for name in names if NIGHT_NAME.fullmatch(name)}
+
+        def why(name: str) -> str:
+            lacking = [file for file in (FIGURES, RECORD) if f"{name}/{file}" not in parts]
+            if lacking:
+                return MISSING.format(lacking[0])
+            (record,) = self.place.read_all([f"{name}/{RECORD}"]).values()
+            return UNREADABLE if summary_of(name, record) is None else DAMAGED
+
+        torn = {name: why(name) for name in names if NIGHT_NAME.fullmatch(name)}
         more = {name: f"it is a copy of {kept}" for name, kept in copies(whole.values()).items()}
         return dict(sorted((torn | more).items()))
 
