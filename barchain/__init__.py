@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from barchain.api import scenes as scenes
     from barchain.api import simulate as simulate
     from barchain.arguments import ArgumentError as ArgumentError
+    from barchain.latching import latched as latched
     from barchain.measuring import cost as cost
     from barchain.measuring import effects as effects
     from barchain.measuring import sweep as sweep
@@ -55,6 +56,7 @@ MODULES = {
     "rows": "barchain.api",
     "scenes": "barchain.api",
     "simulate": "barchain.api",
+    "latched": "barchain.latching",
     "cost": "barchain.measuring",
     "effects": "barchain.measuring",
     "sweep": "barchain.measuring",

@@ -177,6 +177,6 @@ def need_met_laws(scene: Scene) -> None:
             whose = f"bar {law.bar} turns {f'against bar {law.bar - 1} ' if joint else ''}at"
             raise IncompleteError(
                 f"effects.prescribed_rotation: {whose} {rates[law.bar - 1] - against:.4g} rad/s in the state of the "
-                "start, where its law holds it; allowed: a state at rest there (to catch it in motion is an impact, "
-                "which is not in the model)"
+                "start, where its law holds it; allowed: a state at rest there, such as barchain.latched gives, as to "
+                "catch it in motion is an impact"
             )

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from adapters.common.initial_state import initial_state
+from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
+from barchain import latched
+from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
 from scenarios import SceneError, change_scene, go_on, load_scene, make_scene
 from scenarios.toml.start_table import OWN
 from scenarios.toml.writing import scene_data, toml
@@ -48,7 +51,7 @@ def run(scene: Scene) -> Trajectory:
     return Reference().run(scene, Setting(AccuracyParameter.RTOL, RTOL))
 
 
-HELD = {"bar": 2, "amplitude_deg": 0.0, "duration_s": 2.0 * HALF_S, "frame": "previous_bar"}
+HELD: dict[str, Any] = {"bar": 2, "amplitude_deg": 0.0, "duration_s": 2.0 * HALF_S, "frame": "previous_bar"}
 
 
 def test_a_joint_that_moves_is_not_caught_by_a_law_and_one_at_rest_is_held() -> None:
@@ -58,6 +61,50 @@ def test_a_joint_that_moves_is_not_caught_by_a_law_and_one_at_rest_is_held() -> 
         go_on(SCENE, state, REST | {"effects": {"prescribed_rotation": [HELD]}})
     still = {**state, "chain": {**state["chain"], "rate_rad_s": [state["chain"]["rate_rad_s"][0]] * 3}}
     assert go_on(SCENE, still, REST | {"effects": {"prescribed_rotation": [HELD]}}).effects.prescribed_rotation
+
+
+FREE = make_scene({
+    "title": "t", "source": "s", "orbit": {"altitude_m": 600e3},
+    "chain": {"bars": 4, "mass_kg": [80.0, 60.0, 40.0, 10.0], "length_m": [5.0, 3.0, 2.0, 4.0],
+              "angle_from": "inertial", "angle_deg": [10.0, 80.0, -30.0, 150.0],
+              "rate_rad_s": [0.02, -0.05, 0.04, 0.01]},
+    "effects": {"gravity": "none"}, "run": {"duration_s": 20.0, "samples": 21},
+})  # fmt: skip
+
+
+@pytest.mark.parametrize("joints", [[2], [1, 3], [1, 2, 3]])
+def test_a_latch_keeps_the_angular_momentum_and_takes_the_energy_of_the_relative_rates(joints: list[int]) -> None:
+    """What an impact without rebound takes is the energy of the rates that it takes (Carnot); all caught, L/I stays."""
+    state, model = run(FREE).state(10.0), chain_model(FREE)
+    after = latched(FREE, state, joints)
+    angle = np.array([state["chain"]["angle_rad"]])
+    rates = [np.array([each["chain"]["rate_rad_s"]]) for each in (state, after)]
+    momenta = [relative_angular_momentum(model, angle, rate)[0] for rate in rates]
+    energies = [relative_kinetic_energy(model, angle, rate)[0] for rate in (*rates, rates[0] - rates[1])]
+    assert momenta[1] == pytest.approx(momenta[0], rel=1e-13)
+    assert energies[0] - energies[1] == pytest.approx(energies[2], rel=1e-12)
+    for joint in joints:
+        assert rates[1][0, joint] == pytest.approx(rates[1][0, joint - 1], abs=1e-16)
+    if len(joints) == FREE.bars - 1:
+        ones = np.ones_like(angle)
+        assert rates[1][0] == pytest.approx(momenta[0] / (2.0 * relative_kinetic_energy(model, angle, ones)[0]))
+    locks = [HELD | {"bar": joint + 1} for joint in joints]
+    held = run(go_on(FREE, after, REST | {"effects": {"prescribed_rotation": locks}}))
+    assert held.angle_rad is not None
+    for joint in joints:
+        apart = held.angle_rad[:, joint] - held.angle_rad[:, joint - 1]
+        assert apart == pytest.approx(apart[0], abs=1e-12)
+
+
+def test_a_latch_beside_a_lock_keeps_it_and_what_it_can_not_do_is_one_line() -> None:
+    locked = change_scene(FREE, {"effects": {"prescribed_rotation": [HELD | {"bar": 4}]}})
+    state = run(locked).state(10.0)
+    rates = latched(locked, state, [1])["chain"]["rate_rad_s"]
+    assert rates[3] == pytest.approx(rates[2], rel=1e-12)
+    assert rates[1] == pytest.approx(rates[0], rel=1e-12)
+    for scene, joints in ((locked, [3]), (FREE, [4]), (FREE, [0])):
+        with pytest.raises(SceneError, match="given, allowed"):
+            latched(scene, state, joints)
 
 
 def test_a_lock_goes_on_to_hold_its_joint() -> None:
