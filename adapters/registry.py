@@ -130,6 +130,10 @@ class Registration:
     @property
     def remedy(self) -> str:
         """What brings an engine that is missing here: the command for its distribution, or the kernel's."""
+        if self.entry:
+            from adapters.command.entries import remedy, unpacked
+
+            return remedy(unpacked(self.entry)[1])
         there = not self.requires or importlib.util.find_spec(self.module or self.requires)
         return KERNEL_REMEDY if self.needs_kernel and there and why_missing() else self.install
 

@@ -158,7 +158,9 @@ WHEELS = [
     ),
     Plant("numpy 2.0.2", "library:numpy", "same", pin="numpy==2.0.2"),
     Plant("numpy 2.3.5", "library:numpy", "same", pin="numpy==2.3.5"),
-    Plant("BLAS with the kernels of another processor", "blas", "differs", variable=("OPENBLAS_CORETYPE", "Sandybridge")),
+    Plant(
+        "BLAS with the kernels of another processor", "blas", "differs", variable=("OPENBLAS_CORETYPE", "Sandybridge")
+    ),
     Plant("another machine class: one processor", "machine", "same", one_core=True),
 ]
 """Other releases, and whether their numbers differ here by `barchain releases` and by comparing trajectories"""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from adapters.command.entries import OWN_CLOCK, REQUEST, RESULT, SAMPLES, arguments
+from adapters.command.entries import OWN_CLOCK, REQUEST, RESULT, SAMPLES, arguments, variables
 from adapters.command.samples import read_trajectory
 from adapters.common.landing import landing_text
 from adapters.engine import Engine, EngineError, UnsupportedMotionError
@@ -61,8 +61,9 @@ class CommandEngine(Engine):
         try:
             with output.open("wb") as sink:  # a pipe would wait for children that the program leaves behind
                 ended = subprocess.run(
-                    self.line, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, check=False, cwd=self.files.name
-                )
+                    self.line, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, check=False, cwd=self.files.name,
+                    env=variables(self.entry),
+                )  # fmt: skip
         except OSError as error:
             raise EngineError(f"{self.line[0]} does not start: {error.strerror}") from None
         self.process_s = time.perf_counter() - begun

@@ -10,6 +10,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import platformdirs
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
 
+from adapters.command.own_python import READY, environment_of, python_in, without_own
 from adapters.common.step_alignment import misalignment
 from adapters.engine import (
     AccuracyParameter,
@@ -32,6 +34,7 @@ from scenarios.effect_types import all_effect_names
 from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
 from scenarios.nearest import nearest
+from scenarios.text import shorten
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.reading import read_text, tables_of
 
@@ -45,11 +48,14 @@ FILES = "BARCHAIN_ENGINES"
 FILE = "engines.toml"
 """Name of the file that is read in the working folder, and in the user's folder of settings"""
 REQUEST, SAMPLES, RESULT = "{request}", "{samples}", "{result}"
+PYTHON = "{python}"
 DIGITS = 16
 MOST_VERSION = 80
 """Characters of a version"""
 VERSION_S = 10.0
 """Longest run of a command that prints a version, s"""
+PACKAGE = r"[A-Za-z0-9][A-Za-z0-9._-]*\s*($|[\[=<>!~;@(])"
+"""Beginning of a requirement"""
 MOST_FILES = 64
 """Files of entries that are remembered"""
 OWN_CLOCK = "own_clock_s"
@@ -79,8 +85,13 @@ class Entry(BaseModel):
     name: str = Field(description="name of the engine", pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,59}$")
     command: str = Field(
         description="command line; {request} stands for the file to read, {samples} for the CSV to write, and {result} "
-        "for the JSON to write: one of the two, or both",
+        "for the JSON to write: one of the two, or both; {python} for the entry's Python",
         min_length=1,
+    )
+    python: str = Field("", description="Python that {python} stands for: a path, from the file of entries on")
+    requirements: list[str] = Field(
+        default_factory=list,
+        description="packages of an environment of the program's own, whose Python {python} stands for",
     )
     title: str = Field("", description="one line for tables and reports")
     effects: list[str] = Field(description="effects that the program supports exactly: gravity.point, drag, ...")
@@ -127,9 +138,10 @@ class Entry(BaseModel):
             shlex.split(command)
         except ValueError:
             raise ValueError("allowed: a command line whose quotation marks and backslashes are closed") from None
-        unknown = [name for name in re.findall(r"\{\w*\}", command) if name not in (REQUEST, SAMPLES, RESULT)]
+        known = (REQUEST, SAMPLES, RESULT, PYTHON)
+        unknown = [name for name in re.findall(r"\{\w*\}", command) if name not in known]
         if unknown:
-            raise ValueError(f"{unknown[0]} stands for nothing; allowed: {REQUEST}, {SAMPLES}, {RESULT}")
+            raise ValueError(f"{unknown[0]} stands for nothing; allowed: {', '.join(known)}")
         if REQUEST not in command:
             raise ValueError(f"allowed: a command line with {REQUEST} in it")
         if SAMPLES not in command and RESULT not in command:
@@ -157,6 +169,24 @@ class Entry(BaseModel):
             if name not in known:
                 raise ValueError(f"{name}: no such effect{nearest(name, known)}; allowed: {', '.join(known)}")
         return effects
+
+    @field_validator("requirements")
+    @classmethod
+    def packages(cls, requirements: list[str]) -> list[str]:
+        """Check that requirements are packages, and no options of an installer."""
+        for text in requirements:
+            if not re.match(PACKAGE, text) or not text.isprintable():
+                raise ValueError(f"{shorten(text)} given, allowed: a requirement such as numpy==2.0.2")
+        return requirements
+
+    @model_validator(mode="after")
+    def one_python(self) -> Entry:
+        """Check that a Python is given once, and used."""
+        if self.python and self.requirements:
+            raise ValueError("python and requirements given, allowed: one of them")
+        if (self.python or self.requirements) and PYTHON not in self.command:
+            raise ValueError(f"{'python' if self.python else 'requirements'}: allowed with {PYTHON} in the command")
+        return self
 
     @model_validator(mode="after")
     def one_kind_of_setting(self) -> Entry:
@@ -299,19 +329,38 @@ def arguments(folder: Path, entry: Entry, files: Mapping[str, Path]) -> list[str
     found = []
     for word in shlex.split(entry.command):
         filled = word
-        for name, path in files.items():
+        for name, path in {PYTHON: python_path(folder, entry), **files}.items():
             filled = filled.replace(name, str(path))
         found.append(str(folder / filled) if (folder / filled).is_file() else filled)
     return found
 
 
+def python_path(folder: Path, entry: Entry) -> Path:
+    """Python of an entry: its own, that of its environment, or else the one that runs barchain."""
+    if entry.requirements:
+        return python_in(environment_of(entry.requirements))
+    return folder / entry.python if entry.python else Path(sys.executable)
+
+
+def variables(entry: Entry) -> dict[str, str]:
+    """Variables of a program's process; a Python gets none that would lead it to the packages of this one."""
+    return without_own(os.environ) if PYTHON in entry.command else dict(os.environ)
+
+
 def why_not_there(folder: Path, entry: Entry) -> str:
     """Reason why a program can't be started; empty if it can."""
+    if entry.requirements and not (environment_of(entry.requirements) / READY).is_file():
+        return f"its environment is not there; make it: {remedy(entry)}"
     program = arguments(folder, entry, {})[0]
     if shutil.which(program) is None:
         return f"{program} is not there, or is no program; its entry is in {folder}"
     lacking = next((name for name in entry.files if not (folder / name).is_file()), "")
     return f"{lacking}, one of its files, is not there; its entry is in {folder}" if lacking else ""
+
+
+def remedy(entry: Entry) -> str:
+    """Command that makes what is missing of a program; empty where none does."""
+    return f"barchain engines --make {entry.name}" if entry.requirements else ""
 
 
 def version_words(folder: Path, entry: Entry) -> str:
@@ -331,8 +380,9 @@ def stated(folder: Path, entry: Entry, text: str) -> str:
     line = arguments(folder, entry.model_copy(update={"command": text}), {})
     try:
         done = subprocess.run(
-            line, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=VERSION_S, check=True
-        )
+            line, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=VERSION_S, check=True,
+            env=variables(entry),
+        )  # fmt: skip
     except (OSError, ValueError, subprocess.SubprocessError):
         return ""
     return next((shown for shown in map(str.strip, done.stdout.splitlines()) if shown), "")[:MOST_VERSION]

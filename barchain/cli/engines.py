@@ -11,7 +11,7 @@ import click
 
 from barchain.cli.common.numbers import WORDS, NamedPath
 from barchain.cli.common.options import json_option, programs_option
-from barchain.cli.common.progress import quiet
+from barchain.cli.common.progress import quiet, working
 from barchain.cli.common.terminal import say, show_rows
 
 if TYPE_CHECKING:
@@ -19,24 +19,45 @@ if TYPE_CHECKING:
 
     from adapters.registry import Registration
 
-OFFERED = ("python", "c", "fortran", "octave")
+OFFERED = ("python", "python-program", "c", "fortran", "octave")
 """Languages of a new engine"""
 HEADINGS = ("engine", "version", "default set", "setting", "what")
 
 
 @click.command(short_help="List the engines, and how to install missing ones.")
 @click.option("--installed/--missing", default=None, help="List only engines that are installed, or only missing ones.")
+@click.option("--make", "named", metavar="NAME", multiple=True, type=WORDS,
+              help="First make the environment that the entry of this engine requires. May be repeated.")  # fmt: skip
 @programs_option
 @json_option
-def engines(installed: bool | None, as_json: bool) -> None:
+def engines(installed: bool | None, named: tuple[str, ...], as_json: bool) -> None:
     """List the engines with version and default setting, and how to get missing ones."""
     from adapters import registry
 
+    for name in named:
+        make_environment(name)
     wanted = {n: r for n, r in registry.engines().items() if installed is None or installed is (not r.missing)}
     if as_json:
         say(json.dumps(list(facts(wanted)), indent=2))
     else:
         show_engines(wanted)
+
+
+def make_environment(name: str) -> None:
+    """Make the environment of an engine that is a program."""
+    from adapters.command.entries import unpacked
+    from adapters.registry import find_engine
+    from barchain.runs.python_environments import EnvironmentFailedError, own_environment
+
+    entry = find_engine(name).entry
+    wanted = unpacked(entry)[1].requirements if entry else []
+    if not wanted:
+        raise click.UsageError(f"--make {name}: its entry has no requirements")
+    try:
+        with working(f"making the environment of {name}: {', '.join(wanted)}"):
+            own_environment(wanted)
+    except EnvironmentFailedError as error:
+        raise click.UsageError(f"--make {name}: {error}") from error
 
 
 def show_engines(registered: Mapping[str, Registration]) -> None:
@@ -84,7 +105,8 @@ def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
 )  # fmt: skip
 @click.option(
     "--language", type=click.Choice(OFFERED), default=OFFERED[0], show_default=True,
-    help="Write a package in Python, or a program in another language and its entry.",
+    help="Write a package in Python, or a program and its entry: in Python with an environment of its own, or in "
+         "another language.",
 )  # fmt: skip
 def new_engine(name: str, out: Path | None, language: str) -> None:
     """Write an engine called NAME that runs: an integrator of a chain, in a package or a program of its own.
@@ -105,7 +127,8 @@ def new_engine(name: str, out: Path | None, language: str) -> None:
             steps = [f"pip install -e {shlex.quote(f'{folder}[test]')}"]
         else:
             written = write_program(name, language, folder)
-            steps = [f"cd {shlex.quote(str(folder))}", LANGUAGES[language].build]
+            make = f"barchain engines --make {name}" if LANGUAGES[language].requirements else ""
+            steps = [f"cd {shlex.quote(str(folder))}", LANGUAGES[language].build, make]
     except PackageError as error:
         raise click.UsageError(str(error)) from error
     say("\n".join(f"{folder / file}" for file in written))

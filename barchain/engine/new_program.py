@@ -29,6 +29,8 @@ class Language:
     """Program that runs the file; empty where the file is a program itself"""
     steps: str = STEPS
     """Settings that the program does in seconds"""
+    requirements: tuple[str, ...] = ()
+    """Packages of an environment of its own"""
 
     @property
     def command(self) -> str:
@@ -37,6 +39,9 @@ class Language:
 
 
 LANGUAGES = {
+    "python-program": Language(
+        "Python", "engine.py", "engine.py", runner="{python}", steps="[250, 500, 1000]", requirements=("numpy",)
+    ),
     "c": Language("C", "engine.c", "engine", "cc -O2 -o engine engine.c -lm"),
     "fortran": Language("Fortran", "engine.f90", "engine", "gfortran -O2 -o engine engine.f90"),
     "octave": Language("Octave", "engine.m", "engine.m", runner="octave-cli --norc", steps="[250, 500, 1000]"),
@@ -72,5 +77,5 @@ def write_program(name: str, language: str, out: Path) -> list[str]:
     source = files("barchain.engine").joinpath("programs", language, of.source).read_text(encoding="utf-8")
     given = {"name": name, "language": of.title, "command": of.command}
     entry = templates("programs").get_template("engines.toml.j2")
-    about = entry.render(given, build=of.build, file=of.file, steps=of.steps)
+    about = entry.render(given, build=of.build, file=of.file, steps=of.steps, requirements=list(of.requirements))
     return write_folder({of.source: source, "engines.toml": about}, out)

@@ -3,12 +3,15 @@
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import barchain
 from adapters.command.entries import FILES, EntryError, content_digest, read_entries, unpacked
+from adapters.command.own_python import VARIABLE
 from adapters.engine import Setting
 from adapters.registry import engines, find_engine
 from barchain.cli.engines import OFFERED
@@ -122,6 +125,8 @@ def test_a_program_that_hangs_ends_with_its_children(program):
         (("[1e-8, 1e-10]", "[1e-10, 1e-8]"), "from coarse to fine"),
         (("rtol =", "order = 4\nrtol ="), "order"),
         (('"mine"', '"my engine"'), "name"),
+        (("rtol =", 'requirements = ["numpy"]\nrtol ='), "allowed with {python} in the command"),
+        (("rtol =", 'requirements = ["--index-url x"]\nrtol ='), "a requirement such as"),
     ],
 )
 def test_an_entry_with_a_fault_is_told_in_one_line(tmp_path, change, words):
@@ -177,23 +182,74 @@ def test_a_program_that_is_not_there_is_missing(program):
     assert "no-such-program" in registration.missing
 
 
+OWN = ENTRY.replace("{python} program", "{{python}} program")
+
+
+def test_a_program_runs_in_the_python_of_its_entry_and_sees_none_of_this_ones_packages(program, tmp_path, monkeypatch):
+    """A Python without packages beside one with NumPy: the first sees none, wherever modules of this process lie."""
+    bare = tmp_path / "bare"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", bare], check=True)
+    alone = "import importlib.util as u, sys; sys.exit('numpy' if u.find_spec('numpy') else 'no numpy')"
+    monkeypatch.setenv("PYTHONPATH", str(Path(np.__file__).parents[1]))
+    for python, words in (("bare/bin/python", "no numpy"), ("", "numpy")):
+        found = run(program(alone, OWN.replace("rtol =", f'python = "{python}"\nrtol =')))
+        assert found.reason.endswith(f": {words}"), found.reason
+    assert "bin/gone is not there" in program(RIGHT, OWN.replace("rtol =", 'python = "bin/gone"\nrtol =')).missing
+
+
+def test_an_environment_that_is_not_made_is_told_with_the_command_that_makes_it(program, tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "environments"))
+    registration = program(RIGHT, OWN.replace("rtol =", 'requirements = ["numpy==2.0.2"]\nrtol ='))
+    assert registration.missing == f"its environment is not there; make it: {registration.remedy}"
+    assert registration.remedy == "barchain engines --make mine"
+    other = program(RIGHT, OWN.replace("rtol =", 'requirements = ["numpy==2.0.1"]\nrtol ='))
+    assert other.version != registration.version, "packages decide results"
+
+
+@pytest.mark.exhaustive
+def test_a_program_with_another_numpy_runs_beside_the_engines_of_this_one(tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "environments"))
+    write_program("start", "python-program", tmp_path / "start")
+    entry = tmp_path / "start" / "engines.toml"
+    text = entry.read_text().replace('["numpy"]', '["numpy==2.0.2"]')
+    entry.write_text(f"{text}version = \"{{python}} -c 'import numpy; print(numpy.__version__)'\"\n")
+    monkeypatch.setenv(FILES, str(entry))
+    made = CliRunner().invoke(cli, ["engines", "--make", "start"])
+    assert made.exit_code == 0, made.output
+    assert find_engine("start").version_words == "2.0.2"
+    assert np.__version__ != "2.0.2"
+    found = barchain.compare(["basics/two_bars_free"], ["start", "reference"], tmp_path / "out")
+    assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
+    entry.write_text(text.replace("2.0.2", "0.0.99"))
+    refused = CliRunner().invoke(cli, ["engines", "--make", "start"])
+    assert refused.exit_code == 2
+    assert "0.0.99" in refused.output
+
+
+def start_of(language, folder, monkeypatch):
+    """Write and build the start in a language; in Python, it runs with the packages that are here."""
+    of = LANGUAGES[language]
+    tool = (of.build or of.runner).split()[0]
+    if tool != "{python}" and shutil.which(tool) is None:
+        pytest.skip(f"{tool} is not here")
+    write_program("start", language, folder)
+    if of.build:
+        subprocess.run(of.build, shell=True, cwd=folder, check=True)
+    entry = folder / "engines.toml"
+    lines = entry.read_text().splitlines(keepends=True)
+    entry.write_text("".join(line for line in lines if not line.startswith("requirements")))
+    monkeypatch.setenv(FILES, str(entry))
+    return len((folder / of.source).read_text().splitlines())
+
+
 def test_the_command_line_offers_every_language() -> None:
     assert ("python", *LANGUAGES) == OFFERED
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("language", slow_but(LANGUAGES, ["c"]))
+@pytest.mark.parametrize("language", slow_but(LANGUAGES, ["c", "python-program"]))
 def test_the_start_in_each_language_is_short_and_passes(tmp_path, monkeypatch, language):
-    of = LANGUAGES[language]
-    tool = (of.build or of.runner).split()[0]
-    if shutil.which(tool) is None:
-        pytest.skip(f"{tool} is not here")
-    folder = tmp_path / "start"
-    write_program("start", language, folder)
-    assert len((folder / of.source).read_text().splitlines()) < 150
-    if of.build:
-        subprocess.run(of.build, shell=True, cwd=folder, check=True)
-    monkeypatch.setenv(FILES, str(folder / "engines.toml"))
+    assert start_of(language, tmp_path / "start", monkeypatch) < 150
     found = barchain.compare(["basics/two_bars_free", "basics/kepler_elliptic"], ["start"], tmp_path / "out")
     assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
 
@@ -201,15 +257,7 @@ def test_the_start_in_each_language_is_short_and_passes(tmp_path, monkeypatch, l
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_start_in_each_language_conforms(tmp_path, monkeypatch, language):
-    of = LANGUAGES[language]
-    tool = (of.build or of.runner).split()[0]
-    if shutil.which(tool) is None:
-        pytest.skip(f"{tool} is not here")
-    folder = tmp_path / "start"
-    write_program("start", language, folder)
-    if of.build:
-        subprocess.run(of.build, shell=True, cwd=folder, check=True)
-    monkeypatch.setenv(FILES, str(folder / "engines.toml"))
+    start_of(language, tmp_path / "start", monkeypatch)
     report = conform("start")
     assert report.passed, [check.words for check in report.failures]
 

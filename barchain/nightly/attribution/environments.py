@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
-import re
 import shutil
 import sys
 import tarfile
-import tempfile
 from dataclasses import dataclass
 from datetime import date, timedelta
 from importlib import metadata
@@ -19,16 +16,17 @@ from typing import TYPE_CHECKING
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
-from platformdirs import user_cache_path
 
+from adapters.command.own_python import READY, environments_folder, python_in, without_own
 from adapters.registry import PACKAGES
 from barchain.nightly.errors import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures.figure import content_digest
 from barchain.nightly.figures.origins import AT, installed_state, requirement_of, wheel_folders
 from barchain.nightly.figures.results import read_figures_of
 from barchain.record.sources import direct_url
-from barchain.runs.environment import OWN_PYTHON, marked, scratch_folder
+from barchain.runs.environment import marked, scratch_folder
 from barchain.runs.processes import GitError, git, run
+from barchain.runs.python_environments import INSTALL_S, UV, brief, install, put_in_place
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -37,19 +35,10 @@ if TYPE_CHECKING:
     from barchain.runs.processes import Finished
 
 
-VARIABLE = "BARCHAIN_ENVIRONMENTS"
-INSTALL_S = 900.0
-"""Longest installation"""
 RESOLVE_S = 120.0
 MONTH = timedelta(days=30)
 """Time after a release within which its dependencies were found to be wrong, if they were"""
-READY = "ready.txt"
-LONGEST_REASON = 300
-ADDRESS = re.compile(r"https?://\S+")
-REMOVED = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
-"""Variables of this Python that another one must not have"""
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.pyc", ".git")
-UV = (*OWN_PYTHON, "-m", "uv", "--quiet")
 
 
 @dataclass(frozen=True)
@@ -64,7 +53,7 @@ class PinnedEnvironment:
     @property
     def python(self) -> Path:
         """Its interpreter."""
-        return self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+        return python_in(self.folder)
 
 
 def run_in(
@@ -85,7 +74,7 @@ def run_in(
         Working folder.
     """
     with scratch_folder() as scratch:
-        variables = {k: v for k, v in marked(scratch).items() if k not in REMOVED} | {"PYTHONPATH": str(tree)}
+        variables = without_own(marked(scratch)) | {"PYTHONPATH": str(tree)}
         return run([environment.python, "-P", *arguments], limit_s=limit_s, folder=folder, variables=variables)
 
 
@@ -102,12 +91,6 @@ def measured_figures(
         return read_figures_of(out)
     except (HistoryError, FileNotFoundError, ValueError):
         return done.reason or f"ended with exit code {done.code}"
-
-
-def environments_folder() -> Path:
-    """Folder of all environments: by the variable, else in the user's cache."""
-    given = os.environ.get(VARIABLE)
-    return Path(given) if given else user_cache_path("barchain") / "environments"
 
 
 def pinned_environment(pins: Sequence[str], *, also: Sequence[str] = ()) -> PinnedEnvironment:
@@ -133,7 +116,6 @@ def pinned_environment(pins: Sequence[str], *, also: Sequence[str] = ()) -> Pinn
     wanted, others = requirements(pins, also), constraints(pins)
     key = content_digest([sys.version, sys.platform, sorted(wanted), sorted(others)])[:20]
     folder = environments_folder() / key
-    folder.parent.mkdir(parents=True, exist_ok=True)
     if not (folder / READY).is_file():
         make(folder, wanted, others)
     return PinnedEnvironment(folder, tuple(pins), tuple((folder / READY).read_text("utf-8").splitlines()))
@@ -186,27 +168,24 @@ def name_of(requirement: str) -> str:
 def make(folder: Path, wanted: Sequence[str], others: Sequence[str]) -> None:
     """Make an environment, first with this installation's versions of everything else, then with any.
 
-    It is made beside its place and renamed when it is whole. If another command made the same one meanwhile, that one
-    stays.
+    Raises
+    ------
+    PinnedEnvironmentError
+        If neither can be installed.
     """
     named = {name_of(one) for one in wanted if "==" in one or AT in one}
     held = [one for one in others if name_of(one) not in named]
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix="new-") as scratch:
-        new = Path(scratch) / "held"
-        failed = install(new, wanted, held)
+
+    def fill(new: Path) -> None:
+        failed = installed(new, wanted, held)
         if failed:
-            new = Path(scratch) / "free"
-            failed = install(new, loosened(wanted), ())
+            shutil.rmtree(new, ignore_errors=True)
+            failed = installed(new, loosened(wanted), ())
         if failed:
             raise PinnedEnvironmentError(failed)
         (new / READY).write_text("".join(f"{line}\n" for line in moved_in(new)), "utf-8")
-        if not (folder / READY).is_file():
-            shutil.rmtree(folder, ignore_errors=True)  # half removed, by a command that was ended
-        try:
-            new.rename(folder)  # an interpreter finds its packages by its own place
-        except OSError:
-            if not (folder / READY).is_file():
-                raise
+
+    put_in_place(folder, fill)
 
 
 def loosened(wanted: Sequence[str]) -> list[str]:
@@ -215,21 +194,12 @@ def loosened(wanted: Sequence[str]) -> list[str]:
     return [name_of(one) if one in installed and AT not in one else one for one in wanted]
 
 
-def install(folder: Path, wanted: Sequence[str], limits: Sequence[str]) -> str:
-    """Make an environment in a folder; the reason of a failure, or an empty text."""
+def installed(folder: Path, wanted: Sequence[str], limits: Sequence[str]) -> str:
+    """Make an environment under constraints, with wheels beside; the reason of a failure, or an empty text."""
     held = folder.parent / "constraints.txt"
     held.write_text("\n".join(limits), "utf-8")
     beside = (word for each in wheel_folders() for word in ("--find-links", str(each)))
-    base = str(getattr(sys, "_base_executable", sys.executable))
-    python = str(PinnedEnvironment(folder, ()).python)
-    for step in (
-        ("--no-progress", "venv", "--python", base, str(folder)),
-        ("--no-progress", "pip", "install", "--python", python, "--constraint", str(held), *beside, *wanted),
-    ):
-        done = run([*UV, *step], limit_s=INSTALL_S)
-        if done.reason:
-            return brief(done.said or done.reason)
-    return ""
+    return install(folder, wanted, "--constraint", str(held), *beside)
 
 
 def moved_in(folder: Path) -> list[str]:
@@ -245,14 +215,6 @@ def moved_in(folder: Path) -> list[str]:
             if metadata.version(name) != version:
                 moved.append(f"{canonicalize_name(name)} {version} (here {metadata.version(name)})")
     return moved
-
-
-def brief(said: str) -> str:
-    """Reason of an installer in one line, without addresses."""
-    lines = [line.strip(" ╰─▶│×") for line in said.splitlines() if line.strip()]
-    text = ADDRESS.sub("(address)", " ".join(lines))
-    text = "".join(c for c in text if c.isprintable())
-    return text if len(text) <= LONGEST_REASON else f"{text[: LONGEST_REASON - 3]}..."
 
 
 def dependencies_at(pin: str, released: str) -> list[str]:

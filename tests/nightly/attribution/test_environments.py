@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.attribution import environments as making
+from adapters.command.own_python import VARIABLE, environments_folder
 from barchain.nightly.attribution.environments import (
-    brief,
     commit_tree,
     constraints,
     installed_tree,
@@ -20,6 +19,7 @@ from barchain.nightly.attribution.environments import (
     run_in,
 )
 from barchain.nightly.errors import PinnedEnvironmentError
+from barchain.runs.python_environments import brief
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture(autouse=True)
 def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(making.VARIABLE, str(tmp_path / "environments"))
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "environments"))
 
 
 def test_a_pin_takes_the_place_of_the_installed_version_and_leaves_all_others() -> None:
@@ -122,7 +122,7 @@ def test_an_older_release_runs_todays_barchain_and_a_version_that_does_not_exist
     assert pinned_environment(["pymunk==7.3.0"]).folder == made.folder
     with pytest.raises(PinnedEnvironmentError, match="99"):
         pinned_environment(["pymunk==99"])
-    assert [p.name for p in making.environments_folder().iterdir() if p.is_dir()] == [made.folder.name]
+    assert [p.name for p in environments_folder().iterdir() if p.is_dir()] == [made.folder.name]
 
 
 def test_a_command_that_does_not_end_is_killed(tmp_path: Path) -> None:
