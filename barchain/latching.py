@@ -38,7 +38,7 @@ def latched(scene: Scene, state: Mapping[str, Any], joints: Collection[int]) -> 
     Returns
     -------
     dict
-        For :func:`barchain.go_on`, with laws that hold the joints: ``amplitude_deg = 0`` with ``frame = "previous_bar"``.
+        For :func:`barchain.go_on`, with laws that hold the joints: ``amplitude_deg = 0``, ``frame = "previous_bar"``.
 
     Raises
     ------

@@ -49,7 +49,7 @@ NO_NUMBER = "no number is stored"
 STUDY_SEPARATOR = "."
 PAGE_B = 4096
 LEAST_MEMORY_B = PAGE_B / LEAST_EFFECT
-"""Least peak memory that is followed: of a smaller one, a page more or less would be a step"""
+"""What a smaller peak memory counts as: of one of 20 pages, a page more or less would be a step"""
 Key = tuple[str, ...]
 
 
@@ -95,9 +95,8 @@ def identity_of(row: Row, rule: Followed) -> FigureIdentity | None:
     kind, value = FigureKind(rule.kind), row["value"]
     several = row["scene"].startswith("(") or (row["study"] == COMPARISON.study and not is_engine(row["engine"]))
     unknown_unit = row["unit"] not in set(FigureUnit)
-    small = kind is FigureKind.MEMORY and value < LEAST_MEMORY_B
     broken = kind is FigureKind.COUNT and not is_count(value)
-    if several or unknown_unit or small or broken or {row["engine"], row["quantity"]} & set(rule.besides):
+    if several or unknown_unit or broken or {row["engine"], row["quantity"]} & set(rule.besides):
         return None
     tags = parsed_tags(row["tags"])
     filled = Filled()
@@ -138,14 +137,15 @@ def word(identity: FigureIdentity, row: Row, parts: Key) -> Figure:
 
 def number(identity: FigureIdentity, row: Row, rule: Followed, every: Mapping[Key, Row], parts: Key) -> Figure:
     """Figure of a number; one that is not finite, or that tells nothing, is missing for the row's reason."""
-    value = real(row["value"])
+    least = LEAST_MEMORY_B if identity.kind is FigureKind.MEMORY else -math.inf
+    value = real(row["value"], least)
     if value is None or row["outcome"] == NOT_COMPARED or not was_run(row["outcome"]):
         return Figure(identity, reason=brief(reason_of(row)) or NO_NUMBER, depends=parts)
     within = every.get(key_of(row, metric=rule.within)) if rule.within else None
     bits = every.get(key_of(row, tags="", quantity="", metric=BITS)) if rule.trajectory else None
     return Figure(
-        identity, value, "", real(row["low"]), real(row["high"]), None if within is None else real(within["value"]),
-        "" if bits is None else bits["text"], parts,
+        identity, value, "", real(row["low"], least), real(row["high"], least),
+        None if within is None else real(within["value"]), "" if bits is None else bits["text"], parts,
     )  # fmt: skip
 
 
@@ -156,9 +156,9 @@ def reason_of(row: Row) -> str:
     return str(row["reason"] or row["outcome"])
 
 
-def real(value: Any) -> float | None:
-    """Finite number, or None."""
-    return float(value) if math.isfinite(value) else None
+def real(value: Any, least: float = -math.inf) -> float | None:
+    """Finite number, raised to the least one that counts, or None."""
+    return max(float(value), least) if math.isfinite(value) else None
 
 
 LARGER = frozenset({FigureKind.ERROR, FigureKind.COUNT, FigureKind.RATIO, FigureKind.MEMORY})

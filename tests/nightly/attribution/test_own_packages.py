@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.attribution import environments, releases
+from adapters.command.own_python import VARIABLE
+from barchain.nightly.attribution import releases
 from barchain.nightly.attribution.attribute import attribute, reasons_against, worth_attributing
 from barchain.nightly.attribution.bisection import bisect_nights
 from barchain.nightly.attribution.trials import own_scenes
@@ -64,7 +65,7 @@ ABOUT = "Metadata-Version: 2.1\nName: mine-engine\nVersion: 0.1.0\n"
 @pytest.fixture(autouse=True)
 def nothing_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Environments of the test's own, and no folder of wheels from before."""
-    monkeypatch.setenv(environments.VARIABLE, str(tmp_path / "environments"))
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "environments"))
     origins.wheel_folders.cache_clear()
 
 

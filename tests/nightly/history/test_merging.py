@@ -13,6 +13,7 @@ from barchain.nightly.figures.figure import Figure, FigureKind
 from barchain.nightly.figures.results import figures_of, merged, preferred
 from reports.results.comparison import FOLLOWED
 from reports.results.rows import Rows
+from reports.results.scaling import FOLLOWED as SCALING
 from tests.nightly.history.synthetic import bits, count, error, identity, ratio, verdict
 
 if TYPE_CHECKING:
@@ -56,3 +57,13 @@ def test_an_engine_at_two_settings_of_one_folder_has_its_graver_verdict() -> Non
     for setting, outcome in (("rtol=1e-6", "pass"), ("rtol=1e-9", "timed_out"), ("rtol=1e-12", "pass")):
         rows.add("verdict", engine="mujoco", setting=setting, outcome=outcome)
     assert [figure.word for figure in figures_of(rows.frame(), FOLLOWED)] == ["timed_out"]
+
+
+def test_a_memory_of_a_few_pages_counts_as_the_least_one_and_is_never_gone() -> None:
+    """77824 B, one page below the least that is told apart, and one above: no figure goes and comes."""
+    found = []
+    for memory_B in (77_824.0, 81_920.0, 0.0, 163_840.0):
+        rows = Rows("scaling", "paper/fig13")
+        rows.add("memory", memory_B, "B", engine="mujoco", bars=20)
+        found += [figure.value for figure in figures_of(rows.frame(), SCALING)]
+    assert found == [81_920.0, 81_920.0, 81_920.0, 163_840.0]
