@@ -18,19 +18,20 @@ MAKER = "heyoka-quad"
 @click.command("certified", short_help="Make or check certified solutions.")
 @optional_scenes
 @click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
-              help="Write a table and a judging solution for each scene into this folder.")  # fmt: skip
+              help="Write the certified solution of each scene into this folder.")  # fmt: skip
 @click.option("--check", "only_check", is_flag=True,
               help="Compare a fresh run with the solution that comes with barchain; write nothing.")  # fmt: skip
 @overwrite_option
 def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: bool, overwrite: bool) -> None:
     """Make or check certified solutions of SCENEs that come with barchain; default: all of these.
 
-    A certified solution is a run in quadruple precision with error bars. One of its files is a table of a few instants;
-    the other has all samples, and judges engines in comparisons. Needs the engine heyoka-quad. A check exits
-    with 1 where a fresh run is not inside the error bars.
+    A certified solution is a run in quadruple precision with error bars. Its file has a few instants, and, but of hard
+    scenes, all samples, which judge engines in comparisons. Needs the engine heyoka-quad. A check exits with 1 where a
+    fresh run is not inside the error bars.
     """
     from barchain.record.claim import claim
     from barchain.solutions.certified import check, commit
+    from barchain.solutions.certified_file import shipped_path
     from scenarios import load_scene
 
     names = shipped(scenes)
@@ -38,8 +39,7 @@ def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: b
         raise click.UsageError("give either --out DIR or --check")
     need_loaded(MAKER)
     if out is not None:
-        tables = [out / f"{name}.{ending}" for name in names for ending in ("csv", "parquet")]
-        there = [path for path in tables if path.exists()]
+        there = [path for name in names if (path := shipped_path(name, out)).exists()]
         claim(there, f"{', '.join(map(str, there))}: there already", overwrite=overwrite)
     agree = True
     for name in names:

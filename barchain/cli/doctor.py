@@ -73,20 +73,20 @@ def kernel() -> dict[str, Any]:
 
 def solution_tables() -> dict[str, Any]:
     """Folders of certified solutions, how many scenes have one, and the fault of each table that has one."""
-    from barchain.solutions import certified_table
+    from barchain.solutions import certified_file
     from barchain.solutions.certified import cache_folder
     from scenarios import load_scene, scene_names
 
     def fault(name: str) -> str:
         try:
-            kept = certified_table.read_table(tables[name])
-        except certified_table.DamagedTableError as error:
+            head, _ = certified_file.read_file(tables[name])
+        except certified_file.DamagedTableError as error:
             return str(error)
-        same = kept.physics == certified_table.physics_digest(load_scene(name))
+        same = head["physics"] == certified_file.physics_digest(load_scene(name))
         return "" if same else "made for other values of the scene"
 
-    folder, names = certified_table.CERTIFIED_SOLUTIONS, scene_names()
-    every = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.csv"))}
+    folder, names = certified_file.CERTIFIED_SOLUTIONS, scene_names()
+    every = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.parquet"))}
     tables = {name: path for name, path in every.items() if name in names}
     return {
         "folder": str(folder),

@@ -110,7 +110,7 @@ def complete(scene: Scene) -> dict[str, Any]:
     """All values of a scene, what it conserves, and what each engine says: that it supports the scene, or why not."""
     from adapters.registry import ENGINES, engines
     from barchain.record.scene_description import invariant_words
-    from barchain.solutions.shipped import shipped_solution
+    from barchain.solutions.certified_file import shipped_solution
 
     bare = dataclasses.replace(scene, given=None)  # the tables that all these values follow from
     values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(bare), default=str))

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import AccuracyParameter
 from barchain.judge.error_model import ErrorModel
 from barchain.runs.job import RunResult
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.judging import solution_jobs, solution_of
 from barchain.solutions.reference import at_own_samples, closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from reports.results.outcome import Outcome
 from scenarios import Gravity, load_scene
 from scenarios.effect_types import COM_SHARE, SINGLE_NAME_EFFECTS, all_effect_names, forms_of

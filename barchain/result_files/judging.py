@@ -21,9 +21,9 @@ from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role, RunResult
 from barchain.runs.run import keep_run
 from barchain.runs.tasks import limit_of, run_task
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.judging import solution_case
 from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from barchain.studies.comparison.plan import SceneProgress
 from barchain.studies.comparison.run import Comparison, ComparisonResult
 from barchain.studies.comparison.suite import Suite

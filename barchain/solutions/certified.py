@@ -1,10 +1,11 @@
-"""Certified solutions: quadruple precision with error bars, from a committed table, a cache or a run of heyoka.
+"""Certified solutions: quadruple precision with error bars, from a committed file, a cache or a run of heyoka.
 
-Those of the repository are made here, and compared with fresh runs: tables, and solutions that judge.
+The files of the repository are made here, and compared with fresh runs.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import os
@@ -25,17 +26,17 @@ from adapters.heyoka.run import HeyokaRun
 from adapters.registry import find_engine
 from barchain.metrics.quantities import differences
 from barchain.record.environment import package_version
-from barchain.solutions.certified_table import (
+from barchain.solutions.certified_file import (
     SAME_INSTANT,
     CertifiedTable,
     DamagedTableError,
-    committed,
-    committed_tables,
     physics_digest,
     read_table,
     rows_at,
-    table_path,
-    write_table,
+    shipped_files,
+    shipped_path,
+    shipped_solution,
+    write_file,
 )
 from barchain.solutions.judging import (
     CERTIFIED_CHECK_RTOL,
@@ -46,7 +47,6 @@ from barchain.solutions.judging import (
     establish_certified,
 )
 from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_path, shipped_solution, write_solution
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -56,6 +56,8 @@ if TYPE_CHECKING:
 CACHE_VARIABLE = "BARCHAIN_CACHE"
 MARGIN = 10.0  # a certified solution must be this many times more accurate than the judged run
 INSTANTS = 21  # of a committed table, over the run and over the first orbit each
+NOT_JUDGED = "hard/"
+"""Scenes whose files have no solution that judges: `barchain stability` asks what they conserve"""
 MOST_GROWN = 1e14
 """Largest amplification that a verdict uses: rounding to double then exceeds the predictability limit"""
 AMPLIFICATION_SHARE = 0.01
@@ -108,13 +110,13 @@ def certified(scene: Scene, *, cache: Path | None = None) -> CertifiedSolution:
 
 def available(scene: Scene, path: Path) -> CertifiedSolution | None:
     """Certified solution that needs no run: from a committed table, or from a file of the cache; None without one."""
-    kept = committed(physics_digest(scene))
-    return (served(scene, kept, "committed") if kept else None) or cached(scene, path)
+    kept = shipped_files().get(physics_digest(scene))
+    return (served(scene, read_table(kept), "committed") if kept else None) or cached(scene, path)
 
 
 def cache_file(scene: Scene, cache: Path | None = None) -> Path:
     """File of a scene's certified solution in the cache, or in another folder."""
-    return (cache or cache_folder()) / "certified_solutions" / f"{cache_key(scene)}.csv"
+    return (cache or cache_folder()) / "certified_solutions" / f"{cache_key(scene)}.parquet"
 
 
 def served(scene: Scene, table: CertifiedTable, source: Source) -> CertifiedSolution | None:
@@ -139,7 +141,7 @@ def computed(scene: Scene, path: Path) -> CertifiedSolution:
         raise CertifiedSolutionError(no_solution_words(scene, missing))
 
     table = fresh(scene, scene.times_s)
-    write_table(path, table)
+    write_file(path, table)
     return CertifiedSolution(scene, table.trajectory, table.error, table.precision, "computed")
 
 
@@ -181,7 +183,7 @@ def code_digest() -> str:
     files += [ours / "common" / "reference_model.py"]
     files += sorted(Path(str(scenarios.__file__)).parent.rglob("*.py"))
     files += [theirs / "model" / f"{name}.py" for name in ("arrays", "chain", "complex_vectors", "kinematics", "state")]
-    files += [Path(__file__).with_name(f"{name}.py") for name in ("certified", "certified_table", "judging")]
+    files += [Path(__file__).with_name(f"{name}.py") for name in ("certified", "certified_file", "judging")]
     files += [Path(__file__).parent.parent / "metrics" / f"{name}.py" for name in ("quantities",)]
     return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
 
@@ -205,7 +207,7 @@ def fresh(scene: Scene, times_s: Array) -> CertifiedTable:
         If either run fails.
     """
     fine, check = (run(scene, times_s, rtol) for rtol in (CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL))
-    return CertifiedTable(scene.name, physics_digest(scene), PRECISION, "", fine, error_bar(fine, check))
+    return CertifiedTable(scene.name, physics_digest(scene), PRECISION, fine, error_bar(fine, check))
 
 
 def run(scene: Scene, times_s: Array, rtol: float) -> Trajectory:
@@ -222,8 +224,7 @@ def make(scene: Scene) -> CertifiedTable:
     full = fresh(scene, every)
     row = np.searchsorted(full.trajectory.t_s, wanted[wanted <= full.trajectory.t_s[-1]])
     error = {name: values[row] for name, values in full.error.items()}
-    command = maker(scene.name)
-    return CertifiedTable(full.scene, full.physics, full.precision, command, full.trajectory.samples(row), error)
+    return dataclasses.replace(full, trajectory=full.trajectory.samples(row), error=error)
 
 
 def maker(name: str) -> str:
@@ -239,11 +240,10 @@ def make_judge(scene: Scene) -> ReferenceSolution:
 
 
 def commit(scene: Scene, folder: Path) -> CertifiedTable:
-    """Make a certified solution, and write its two files into `folder` by the scene's name."""
+    """Make a certified solution, and write its file into `folder` by the scene's name."""
     table = make(scene)
-    write_table(folder / f"{scene.name}.csv", table)
-    write_solution(shipped_path(scene.name, folder), make_judge(scene))
-    committed_tables.cache_clear()  # the folder may be that of the committed tables
+    judge = None if scene.name.startswith(NOT_JUDGED) else make_judge(scene)
+    write_file(shipped_path(scene.name, folder), table, judge)
     return table
 
 
@@ -271,9 +271,10 @@ class CommittedTableCheck:
 
 
 def check(scene: Scene) -> CommittedTableCheck:
-    """Compare both files of a fresh certified solution with the committed ones, inside both error bars."""
-    table, shipped = check_table(scene), shipped_solution(closely_sampled(scene))
-    if not table.agrees or shipped is None:
+    """Compare a fresh certified solution with the committed one, inside both error bars."""
+    table = check_table(scene)
+    shipped = shipped_solution(closely_sampled(scene)) if table.agrees else None
+    if shipped is None:
         return table
     one, other = table.share, check_judge(scene, shipped)
     larger = {name: max(one.get(name, 0.0), other.get(name, 0.0)) for name in one | other}
@@ -282,7 +283,7 @@ def check(scene: Scene) -> CommittedTableCheck:
 
 def check_table(scene: Scene) -> CommittedTableCheck:
     """Compare a fresh table with the committed one, inside both error bars."""
-    path = table_path(scene)
+    path = shipped_path(scene.name)
     if not path.is_file():
         return CommittedTableCheck(scene.name, {}, f"has no certified solution; make it: {maker(scene.name)}")
     try:
@@ -290,7 +291,7 @@ def check_table(scene: Scene) -> CommittedTableCheck:
     except DamagedTableError as error:
         return CommittedTableCheck(scene.name, {}, str(error))
     if kept.physics != physics_digest(scene):
-        return CommittedTableCheck(scene.name, {}, f"has changed since; make it again: {kept.command}")
+        return CommittedTableCheck(scene.name, {}, f"has changed since; make it again: {maker(scene.name)}")
     return compare(scene.name, kept, make(scene))
 
 
@@ -306,7 +307,7 @@ def check_judge(scene: Scene, kept: ReferenceSolution) -> dict[str, float]:
 def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> CommittedTableCheck:
     """Differences of two certified solutions at the same instants relative to their error bars."""
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
-        return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {kept.command}")
+        return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {maker(name)}")
     apart = differences(kept.trajectory, again.trajectory)
     return CommittedTableCheck(name, {k: share(d, kept.error[k] + again.error[k]) for k, d in apart.items()})
 

@@ -22,7 +22,7 @@ from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import TRACK, differences, largest, own_rate
 from barchain.runs.estimate import estimated_run_s
 from barchain.runs.job import CERTIFIED_ROLES, SOLUTION_ROLES, Job, Role, RunResult
-from barchain.solutions.certified_table import moved
+from barchain.solutions.certified_file import moved
 from barchain.solutions.reference import (
     FINE_RTOL,
     PERTURBATION_RAD,

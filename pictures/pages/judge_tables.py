@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
+from barchain.solutions.certified_file import shipped_path, shipped_solution
 from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import read_solution, shipped_path
 from pictures.pages.words import table
 from reports.results.comparison import LINEAR_GROWTH
 from reports.results.outcome import SEVERITY
@@ -14,6 +14,8 @@ from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from barchain.solutions.reference import ReferenceSolution
 
 
 def tolerances() -> str:
@@ -43,15 +45,14 @@ def judging_solutions() -> str:
         "of the reactions, N:",
         "error amplification:",
     )
-    return table(head, (solution_row(name) for name in scene_names() if shipped_path(name).is_file()))
+    known = ((name, shipped_solution(closely_sampled(load_scene(name)))) for name in scene_names())
+    return table(head, (solution_row(name, solution) for name, solution in known if solution is not None))
 
 
-def solution_row(name: str) -> tuple[str, ...]:
+def solution_row(name: str, found: ReferenceSolution) -> tuple[str, ...]:
     """Row of one scene's judging solution."""
-    path, scene = shipped_path(name), closely_sampled(load_scene(name))
-    found = read_solution(path, scene)
     reaction = f"{found.error['reaction'][-1]:.1e}" if "reaction" in found.error else "–"
-    size, angle, grown = path.stat().st_size / 1e3, found.error["attitude"][-1], found.amplification[-1]
+    size, angle, grown = shipped_path(name).stat().st_size / 1e3, found.error["attitude"][-1], found.amplification[-1]
     growth = f"{grown:.2g}" if grown <= LINEAR_GROWTH else f"> {LINEAR_GROWTH:.0e}"
     return name, f"{size:.0f}", f"{angle:.1e}", reaction, growth
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS, ERROR_COLUMNS, read_table
-from barchain.solutions.shipped import shipped_solution
+from barchain.solutions.certified_file import read_table, shipped_path, shipped_solution
+from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-QUANTITIES = {name: ERROR_COLUMNS[name] for name in ("com", "attitude", "reaction")}
+QUANTITIES = {name: CHANNELS[name].column_of("error") for name in ("com", "attitude", "reaction")}
 SHIPPED, TABLE, NONE = "solution", "table", ""
 """Kinds of certified solutions: at all samples, at some instants, none"""
 
@@ -30,7 +30,7 @@ def facts(scene: Scene) -> dict[str, Any]:
     if solution is not None:
         known = {"amplification": float(solution.amplification.max()), "limit_s": solution.limit_s}
         return {"source": SHIPPED} | largest(solution.error) | known
-    path = CERTIFIED_SOLUTIONS / f"{scene.name}.csv"
+    path = shipped_path(scene.name)
     return {"source": TABLE} | largest(read_table(path).error) if path.exists() else {"source": NONE}
 
 

@@ -17,7 +17,7 @@ from adapters.registry import ENGINES, Registration
 from barchain.cli.common.options import SETTING, settings_by_engine, shipped_scene_names
 from barchain.cli.common.progress import choose_verbosity, counted, verdicts_shown
 from barchain.cli.main import cli, run
-from barchain.solutions import certified_table
+from barchain.solutions import certified_file
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
@@ -161,10 +161,10 @@ def test_doctor_tells_versions_engines_kernel_machine_and_tables(capsys, monkeyp
 
 
 def test_doctor_exits_with_1_where_a_table_is_damaged_or_an_adapter_does_not_load(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(certified_table, "CERTIFIED_SOLUTIONS", tmp_path)
+    monkeypatch.setattr(certified_file, "CERTIFIED_SOLUTIONS", tmp_path)
     monkeypatch.setitem(ENGINES, "broken", Registration("nowhere:Nothing"))
     (tmp_path / "paper").mkdir()
-    (tmp_path / "paper" / "fig05.csv").write_text("nothing")
+    (tmp_path / "paper" / "fig05.parquet").write_text("nothing")
     assert run(["doctor"]) == 1
     text = capsys.readouterr().out
     assert "fault: table of paper/fig05" in text

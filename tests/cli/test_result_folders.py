@@ -7,7 +7,7 @@ import pytest
 from barchain.cli.main import cli, run
 from barchain.nightly.attribution.release_runs import ReleasesStudy
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
-from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS
+from barchain.solutions.certified_file import read_table, shipped_path
 from reports.results import comparison, cost
 from tests.support.kernel import skip_without_kernel
 from tests.support.results import record_file, write_record
@@ -25,11 +25,11 @@ HELD = {
     f"ensemble {QUICK} --vary angle_deg=normal(0,1) --runs 2 --out OUT": "series/ensemble/runs.parquet",
     f"sweep {QUICK} --vary run.samples=3 --engine reference --out OUT": "rows/sweep.parquet",
     "releases scipy --out OUT": "rows/releases.parquet",
-    f"judge {QUICK} {CERTIFIED_SOLUTIONS / QUICK}.csv --out OUT": "record/comparison.json",
+    f"judge {QUICK} OUT/given.csv --out OUT": "record/comparison.json",
     f"simulate {QUICK} --out OUT/run.csv": "run.csv",
     f"plot {QUICK} --out OUT/run.svg": "run.svg",
     f"export {QUICK} --out OUT": f"{QUICK}/README.md",
-    f"certified {QUICK} --out OUT": f"{QUICK}.csv",
+    f"certified {QUICK} --out OUT": f"{QUICK}.parquet",
 }
 NO_RELEASES = ReleasesStudy("scipy", "scipy", (), (QUICK,))
 CAN_NOT_GO_ON = {"simulate", "plot", "certified", "judge", "export"}
@@ -42,6 +42,8 @@ def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, h
         skip_without_kernel()
     if command.startswith("certified"):
         pytest.importorskip("heyoka")
+    if command.startswith("judge"):
+        read_table(shipped_path(QUICK)).trajectory.to_frame().to_csv(tmp_path / "given.csv", index=False)
     kept = tmp_path / held
     kept.parent.mkdir(parents=True, exist_ok=True)
     kept.write_text("earlier results")

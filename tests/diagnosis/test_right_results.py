@@ -18,9 +18,9 @@ from barchain.judge.diagnosis.verdicts import (
     verdict_tolerance,
 )
 from barchain.metrics.quantities import QUANTITY_OF, arrays
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.judging import solution_engine
 from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from scenarios import load_scene
 from tests.diagnosis.planting import RTOL, runs_of, unequal_chain, verdict_on
 from tests.support.slow import one_in, rows

@@ -12,8 +12,8 @@ from barchain.judge.verdict import no_verdict
 from barchain.runs.choices import chosen_engines, one_of_each
 from barchain.runs.job import Job, Role, TimeLimit
 from barchain.runs.tasks import run_task
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from barchain.studies.comparison import suite
 from barchain.studies.comparison.plan import (
     KEPT_LIMIT,

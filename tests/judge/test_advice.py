@@ -17,8 +17,8 @@ from barchain import load_scene
 from barchain.judge.checks.more_judged import beyond_any_setting, finer, next_sample, until_share
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.written import Declared
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.reference import at_own_samples, closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.model_difference import com_displacement
 from barchain.runs.job import RunResult
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.judge.trust_cases import value

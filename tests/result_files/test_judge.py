@@ -21,8 +21,8 @@ from barchain.result_files.table import TableError
 from barchain.result_files.units import UnitError, factor
 from barchain.result_files.verdict import other_order
 from barchain.solutions.at_times import solution_at
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from reports.results.outcome import Outcome
 from scenarios.scene import Run
 

@@ -16,8 +16,8 @@ from barchain.metrics.quantities import differences, drifts
 from barchain.result_files.judging import judge_files
 from barchain.result_files.judging import solution_of as judging_solution
 from barchain.solutions.at_times import solution_at
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from reports.results.outcome import Outcome
 from scenarios.scene import Run
 

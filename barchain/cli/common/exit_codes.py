@@ -68,7 +68,7 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     from barchain.record.claim import FolderInUseError, ResultsInPlaceError
     from barchain.result_files.table import TableError
     from barchain.runs.cluster.connection import ClusterError, ClusterLostError
-    from barchain.solutions.certified_table import DamagedTableError
+    from barchain.solutions.certified_file import DamagedTableError
     from reports.results.reading import DamagedResultsError
     from reports.results.schema import SchemaVersionError
     from scenarios import SceneError

@@ -140,12 +140,12 @@ def variables_part() -> NightPart:
 
 def scene_parts(scene: str) -> tuple[NightPart, ...]:
     """Scene, and the solution that judges it; where none comes with barchain, the digest of no file on every night."""
-    from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS  # noqa: PLC0415
+    from barchain.solutions.certified_file import shipped_path  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     loaded = load_scene(scene)
-    files = [CERTIFIED_SOLUTIONS / f"{loaded.name}{ending}" for ending in (".csv", ".parquet")]
-    digest = hashlib.sha256(b"".join(f.read_bytes() for f in files if f.is_file())).hexdigest()[:DIGITS]
+    file = shipped_path(loaded.name)
+    digest = hashlib.sha256(file.read_bytes() if file.is_file() else b"").hexdigest()[:DIGITS]
     return (
         NightPart(f"scene:{loaded.name}", "", loaded.digest),
         NightPart(f"solution:{loaded.name}", "", digest),

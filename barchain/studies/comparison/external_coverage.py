@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.common.step_alignment import half_interval_s, inner_events_s, misalignment, off_step_events_s
 from adapters.registry import ENGINES
 from barchain.runs.asking import AdapterLoadError, declarations_of, engine_fault
-from barchain.solutions.certified_table import committed_tables, physics_digest, read_head
+from barchain.solutions.certified_file import head_of, physics_digest, shipped_files
 from barchain.solutions.judging import WORDS
 from barchain.solutions.reference import SolutionSource
 from reports.results.outcome import Outcome
@@ -51,7 +51,7 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
     independent = loaded({name: r for name, r in requested.items() if not r.missing}, failures)
     supporting = [name for name, e in loaded(others, failures).items() if scene.needs.issubset(e.effects)]
     installed = {name for name, r in (others | dict(requested)).items() if not r.missing}
-    committed = committed_tables().get(physics_digest(scene))
+    committed = shipped_files().get(physics_digest(scene))
     return {
         "lack": {
             name: sorted(lacking)
@@ -62,7 +62,7 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
         "not_requested": [name for name in supporting if name in installed],
         "not_installed": [name for name in supporting if name not in installed],
         "not_loaded": {name: said for name, said in failures.items() if name in installed},
-        "solution": "" if committed is None else read_head(committed)["precision"],
+        "solution": "" if committed is None else head_of(committed)["precision"],
     }
 
 

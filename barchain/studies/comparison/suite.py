@@ -30,6 +30,7 @@ from barchain.runs.message import plain_text
 from barchain.runs.other_settings import setting_advice
 from barchain.runs.run import keep_run
 from barchain.runs.tasks import expected_work, limit_of, run_task
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.judging import (
     CERTIFIER,
     WORDS,
@@ -41,7 +42,6 @@ from barchain.solutions.judging import (
     why_not_certified,
 )
 from barchain.solutions.reference import ReferenceSolution, SolutionSource, closely_sampled
-from barchain.solutions.shipped import shipped_solution
 from barchain.studies.comparison.plan import ANY_INDEPENDENT, SEVERAL, SceneProgress, required_verdicts
 from barchain.studies.verdict_tasks import verdict_case, verdict_task
 from reports.results.comparison import ALL_SCENES, JUDGING_SOLUTION

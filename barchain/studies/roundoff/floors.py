@@ -31,9 +31,9 @@ from barchain.runs.choices import choose_setting
 from barchain.runs.job import TIME_LIMIT_S, Job, Role
 from barchain.runs.left_out import cannot
 from barchain.runs.tasks import limit_of, run_task
+from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.judging import SolutionFailedError, solution_case
 from barchain.solutions.reference import PERTURBATION_RAD
-from barchain.solutions.shipped import shipped_solution
 from barchain.studies.roundoff.evaluation import quantiles
 from reports.results.comparison import PARTED_RAD
 from reports.results.outcome import Outcome
