@@ -10,11 +10,12 @@ import numpy as np
 
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check, CheckState
 from barchain.conform.physics import reason_against, unsupported_check
-from barchain.conform.runs import INTEGRATING, START_S, TIME_LIMITS
+from barchain.conform.runs import START_S, TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
 from barchain.runs import examination, questions
 from barchain.runs.asking import ask
 from barchain.runs.call import WAITED
+from barchain.runs.phases import SIMULATE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -125,7 +126,7 @@ def end_check(engine: Examined, scene: Scene, setting: Setting, limit_s: float) 
         said = f"the run ended by itself ({reply.problem or 'complete'})"
     elif spent_s > WAITED * limit_s + LATE_S:  # it may have waited for a processor
         state, said = FAILED, f"ended {spent_s - limit_s:.1f} s late"
-    elif not reply.problem.endswith(INTEGRATING):
+    elif reply.phase != SIMULATE:
         state, said = WARNING, f"not tried while it integrates: {reply.problem}"
     else:
         state, said = PASSED, f"within {max(spent_s - limit_s, 0.0):.1f} s"

@@ -14,6 +14,7 @@ from barchain.runs import examination
 from barchain.runs.asking import AskedAnswers, Reply, ask, failed_reply, with_prefix
 from barchain.runs.job import Role, failure
 from barchain.runs.message import DeclarationError, plain_number
+from barchain.runs.phases import SIMULATE
 from barchain.runs.run import one_run, result_of
 from reports.results.outcome import Outcome
 
@@ -33,8 +34,6 @@ FIRST_SLACK = 3.0
 TOGETHER_SHARE = 0.15
 """Time of each of several runs in one process, over the longest time of one; if they take longer, each is made in a
 process and with a limit of its own, so that one that hangs costs its own limit"""
-INTEGRATING = "ended in simulate"
-"""Words on a run that was ended while it integrated"""
 SLOW_RUN_S = 1.0
 """Time of a short run from which on it is compared with one at the coarsest setting"""
 MOST_SLOWER = 100.0
@@ -144,7 +143,7 @@ def alone(job: Job, limit_s: float) -> RunResult:
 
 def collapse(engine: Examined, name: str, run: RunResult) -> str:
     """Words on a run whose solver's steps collapse: at the coarsest setting it takes next to no time; empty if not."""
-    sweep, late = engine.declarations.sweep, run.outcome is Outcome.TIMED_OUT and INTEGRATING in run.reason
+    sweep, late = engine.declarations.sweep, run.outcome is Outcome.TIMED_OUT and run.phase == SIMULATE
     took_s = engine.run_s if late else run.seconds.get("simulate", 0.0)
     if sweep.parameter is not AccuracyParameter.RTOL or took_s < SLOW_RUN_S:
         return ""

@@ -36,7 +36,7 @@ from barchain.runs.message import (
     plain_text,
     read_message,
 )
-from barchain.runs.phases import QUESTION, failed
+from barchain.runs.phases import BUILD, QUESTION, failed
 from barchain.runs.pool import SLOTS, module_paths
 from barchain.runs.questions import DECLARED
 from barchain.runs.versions import need_same_version, version_of
@@ -68,6 +68,8 @@ class Reply:
     """``missing``, ``unsupported``, ``failed``, ``timed_out``; empty with an answer"""
     rejected: bool = False
     """Whether the engine rejected the scene before its first step"""
+    phase: str = ""
+    """Phase of a run without a result, if it is known"""
 
 
 def ask(question: Question, *given: Any, limit_s: float = QUESTION_S) -> Reply:
@@ -133,7 +135,8 @@ def answered(question: Question, given: tuple[Any, ...]) -> bytes:
 def reply_of(answer: Answer) -> Reply:
     """Reply from the answer to a question."""
     if answer.end is not CallEnd.ANSWERED:
-        return Reply(problem=answer.reason, kind="timed_out" if answer.end is CallEnd.TIMED_OUT else "failed")
+        kind = "timed_out" if answer.end is CallEnd.TIMED_OUT else "failed"
+        return Reply(problem=answer.reason, kind=kind, phase=answer.phase)
     try:
         header, arrays = read_message(answer.content)
     except MessageError as error:
@@ -144,8 +147,9 @@ def reply_of(answer: Answer) -> Reply:
 def failed_reply(header: dict[str, Any]) -> Reply:
     """Reply of an engine whose code raised an exception."""
     kind = header["failed"] if header["failed"] in ("missing", "unsupported", "timed_out") else "failed"
-    rejected = bool(header.get("rejected")) and header.get("phase") == "build"
-    return Reply(problem=plain_text(header.get("words", "")), kind=kind, rejected=rejected)
+    phase = plain_text(header.get("phase", ""))
+    rejected = bool(header.get("rejected")) and phase == BUILD
+    return Reply(problem=plain_text(header.get("words", "")), kind=kind, rejected=rejected, phase=phase)
 
 
 class AdapterLoadError(EngineError):

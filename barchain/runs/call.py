@@ -91,6 +91,8 @@ class Answer:
     """One line; empty with an answer"""
     seconds: float = 0.0
     """Wall time of the call, the start of its process included"""
+    phase: str = ""
+    """Phase of the run in which its process was ended at its limit, if it is known"""
 
     def needed(self) -> bytes:
         """Content.
@@ -137,7 +139,7 @@ def known_of(call: bytes) -> tuple[Call, bytes]:
 
 def packed(answer: Answer) -> bytes:
     """Answer as bytes: a line of JSON, and the content."""
-    head = [str(answer.end), answer.reason, answer.seconds, len(answer.content)]
+    head = [str(answer.end), answer.reason, answer.seconds, len(answer.content), answer.phase]
     return json.dumps(head).encode("ascii") + b"\n" + answer.content
 
 
@@ -153,8 +155,8 @@ def unpacked(content: object) -> Answer:
         raise MessageError(f"its answer is a {type(content).__name__}, expected bytes")
     head, _, found = content.partition(b"\n")
     try:
-        end, why, seconds, length = json.loads(head.decode("ascii"))
-        answer = Answer(found, CallEnd(end), plain_text(why), float(plain_number(seconds) or 0.0))
+        end, why, seconds, length, phase = json.loads(head.decode("ascii"))
+        answer = Answer(found, CallEnd(end), plain_text(why), float(plain_number(seconds) or 0.0), plain_text(phase))
     except (ValueError, TypeError) as error:
         raise MessageError(f"its answer is damaged: {plain_text(error)}") from None
     if length != len(found):

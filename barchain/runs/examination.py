@@ -26,7 +26,7 @@ import psutil
 from adapters.engine import Engine
 from barchain.runs.kept_answers import root_of
 from barchain.runs.message import DeclarationError, plain_text
-from barchain.runs.phases import RunLateError, failed, run_ended_after
+from barchain.runs.phases import RunLateError, failed, late_words, run_ended_after
 from barchain.runs.questions import (
     DECLARED,
     Answer,
@@ -162,8 +162,7 @@ def several_runs(
             errors = {} if registration.entry else noise(registration, scene, setting, t_s)
         except RunLateError as error:
             phase = next(iter(getattr(error, "__notes__", ())), "")
-            words = f"no result within {run_s:g} s{f', ended in {phase}' if phase else ''}"
-            headers.append({"failed": LATE, "words": words})
+            headers.append({"failed": LATE, "words": late_words(phase, run_s), "phase": phase})
             break
         except Exception as error:
             header, found, errors = failed(error), {}, {}

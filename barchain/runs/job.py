@@ -103,11 +103,13 @@ class RunResult:
     """Wall time of `build`, `simulate` and `read`, s"""
     rejected: bool = False
     """Whether the engine rejected the scene before its first step"""
+    phase: str = ""
+    """Phase in which a run of an engine of another package failed or was ended, if it is known"""
 
 
-def failure(outcome: Outcome, reason: str, *, rejected: bool = False) -> RunResult:
+def failure(outcome: Outcome, reason: str, *, rejected: bool = False, phase: str = "") -> RunResult:
     """Result of a run without a trajectory; the reason is cut to one line."""
-    return RunResult(outcome, " ".join(reason.split())[:500], rejected=rejected)
+    return RunResult(outcome, " ".join(reason.split())[:500], rejected=rejected, phase=phase)
 
 
 @dataclass(frozen=True)

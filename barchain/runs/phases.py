@@ -33,7 +33,7 @@ QUESTION = "BARCHAIN_QUESTION"
 """Variable that holds the folder of a worker's process, in it and its children"""
 PHASE = "phase.txt"
 MOST_LENGTH = 40
-BUILD = "build"
+BUILD, SIMULATE = "build", "simulate"
 CALLERS = {"barchain", "contextlib"}
 """Top-level packages that call an engine's code"""
 IMPORTER = "importlib"
@@ -69,9 +69,9 @@ def three_phases(
     seconds: dict[str, float] = {}
     enter(BUILD)
     timed(seconds, BUILD, lambda: engine.build(scene, setting))
-    enter("simulate")
+    enter(SIMULATE)
     with process_ended_after(simulate_s):
-        timed(seconds, "simulate", engine.simulate)
+        timed(seconds, SIMULATE, engine.simulate)
     enter("read")
     return timed(seconds, "read", engine.read), seconds
 
@@ -133,15 +133,19 @@ def enter(phase: str) -> None:
             Path(folder, PHASE).write_text(phase, encoding="ascii")
 
 
-def late_words(folder: Path, time_s: float) -> str:
-    """Words on a process that was ended at its time limit: ``no result within 40 s, ended in build``."""
+def entered(folder: Path) -> str:
+    """Phase that a process noted last; empty if none is known."""
     try:
         path = folder / PHASE
         phase = path.read_text(encoding="ascii")[:MOST_LENGTH] if path.is_file() else ""  # no pipe of an engine's
     except (OSError, ValueError):
-        phase = ""
-    known = phase if phase.replace(" ", "").isalpha() else ""
-    return f"no result within {time_s:g} s{f', ended in {known}' if known else ''}"
+        return ""
+    return phase if phase.replace(" ", "").isalpha() else ""
+
+
+def late_words(phase: str, time_s: float) -> str:
+    """Words on a run that was ended at its time limit: ``no result within 40 s, ended in build``."""
+    return f"no result within {time_s:g} s{f', ended in {phase}' if phase else ''}"
 
 
 def failed(error: BaseException) -> dict[str, Any]:

@@ -197,7 +197,7 @@ def failed_result(job: Job, reply: Reply) -> RunResult:
     """Result of a run without an answer; of a library that is missing, with the command that installs it."""
     outcome = OUTCOMES.get(reply.kind, Outcome.FAILED)
     hint = f"; try: {job.registration.install}" if outcome is Outcome.MISSING else ""
-    return failure(outcome, reply.problem + hint, rejected=reply.rejected)
+    return failure(outcome, reply.problem + hint, rejected=reply.rejected, phase=reply.phase)
 
 
 def trajectory_from(header: dict[str, Any], arrays: dict[str, Array]) -> Trajectory:

@@ -10,6 +10,7 @@ watchman does that.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import itertools
 import os
 import select
@@ -40,7 +41,7 @@ from barchain.runs.call import (
 from barchain.runs.child import FORKS, LOG, PR_SET_CHILD_SUBREAPER, called, process_control, serve
 from barchain.runs.environment import FOLDER, Watchman
 from barchain.runs.message import MessageError, plain_text
-from barchain.runs.phases import late_words, queue_time_s
+from barchain.runs.phases import entered, late_words, queue_time_s
 from barchain.runs.processes import descendants, last_line, tail_of
 from barchain.runs.versions import code_versions
 
@@ -126,7 +127,7 @@ class Children:
             again = answer is not None and answer.end in {CallEnd.ANSWERED, CallEnd.RAISED}
             if not (again and call.pool and child.calls < call.calls_per_process):
                 self.end(child)
-        return Answer(answer.content, answer.end, answer.reason, time.monotonic() - start)
+        return dataclasses.replace(answer, seconds=time.monotonic() - start)
 
     def child(self, call: Call) -> Child:
         """Process of a call's pool, forked at the first call; a fresh one without a pool."""
@@ -184,7 +185,8 @@ class Children:
             if child.code is not None:  # it had ended before this look at its pipe
                 return ended(child, child.code, call)
             if is_late(call, time.monotonic() - start, lambda: queue_time_s(child.pid) - queued_s):
-                return Answer(end=CallEnd.TIMED_OUT, reason=late_words(child.folder, call.limit_s))
+                phase = entered(child.folder)
+                return Answer(end=CallEnd.TIMED_OUT, reason=late_words(phase, call.limit_s), phase=phase)
             if child.exit_code() is not None:
                 continue
             if call.confined and (excess := self.excess(child)):

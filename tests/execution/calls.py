@@ -8,6 +8,8 @@ import subprocess
 import sys
 import time
 
+from barchain.runs.phases import SIMULATE, enter
+
 
 def echo(content: bytes) -> bytes:
     return content
@@ -29,6 +31,7 @@ def dies() -> bytes:
 
 
 def hangs() -> bytes:
+    enter(SIMULATE)
     time.sleep(3600.0)
     return b""
 

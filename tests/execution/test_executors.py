@@ -63,7 +63,8 @@ def test_a_call_that_raises_dies_or_hangs_costs_its_own_answer(executor: Executo
         CallEnd.DIED,
         "its process died (signal 9, SIGKILL) and gave no result; last output: so long",
     )
-    assert (late.end, late.reason) == (CallEnd.TIMED_OUT, "no result within 2 s")
+    assert (late.end, late.reason) == (CallEnd.TIMED_OUT, "no result within 2 s, ended in simulate")
+    assert late.phase == "simulate"
 
 
 @pytest.mark.skipif(not queue_time_s(), reason="the system does not tell a wait for a processor")

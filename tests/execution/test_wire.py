@@ -19,7 +19,7 @@ from barchain.solutions.judging import solution_jobs
 from reports.results.outcome import Outcome
 from scenarios import load_scene
 
-ANSWERS = [Answer(b"\x00" * 7), Answer(end=CallEnd.DIED, reason="signal 9"), Answer(b"", seconds=0.25)]
+ANSWERS = [Answer(b"\x00" * 7), Answer(end=CallEnd.DIED, reason="signal 9"), Answer(b"", seconds=0.25, phase="read")]
 
 
 @pytest.mark.parametrize("answer", ANSWERS)
@@ -48,8 +48,8 @@ class Trap:
         (pickle.dumps(Trap()), "its answer is damaged"),
         (packed(ANSWERS[0])[:-1], "6 of 7 bytes"),
         (packed(ANSWERS[0]) + b"x", "8 of 7 bytes"),
-        (head("answered", "", 0.0), "its answer is damaged"),
-        (head("no such end", "", 0.0, 0), "its answer is damaged"),
+        (head("answered", "", 0.0, 0), "its answer is damaged"),
+        (head("no such end", "", 0.0, 0, ""), "its answer is damaged"),
     ],
 )
 def test_an_answer_that_is_none_is_told_in_one_line(content: object, words: str) -> None:

@@ -12,7 +12,7 @@ import psutil
 from barchain.studies.cost.study import FEWEST_LONG_TURNS, FEWEST_TURNS
 from barchain.studies.timing.bench import LONG_S
 from reports.results import comparison, cost, stability
-from reports.results.nights.document import INTERRUPTED, PartState, scene_name
+from reports.results.nights.document import PartState, scene_name
 from reports.results.outcome import Outcome
 from reports.results.reading import DamagedResultsError
 from reports.results.schema import SchemaVersionError
@@ -118,7 +118,7 @@ def waiting_parts(last: NightRun | None) -> list[str]:
     A night that ended before a part began says nothing of it.
     """
     parts = last.parts if last else ()
-    return [p.name for p in parts if p.state is PartState.LEFT and not p.done and p.reason != INTERRUPTED]
+    return [p.name for p in parts if p.state is PartState.LEFT and not p.done and p.begun]
 
 
 FILES: dict[str, tuple[StudyFiles, str]] = {

@@ -11,7 +11,7 @@ from barchain.nightly.figures.dependencies import Installation  # noqa: TC001  #
 from barchain.nightly.figures.results import night_here, read_figures_of
 from barchain.nightly.running.jobs import NightJob, beside
 from barchain.studies.selftest.faults.catalogue import CONTROLS
-from reports.results.nights.document import INTERRUPTED, AlarmTest, NightRun, PartResult, PartState
+from reports.results.nights.document import AlarmTest, NightRun, PartResult, PartState
 from reports.results.reading import DamagedResultsError, form_of, formed
 from reports.results.schema import SchemaVersionError
 from reports.results.selftest import FILES, FaultOutcome
@@ -157,7 +157,8 @@ def run_of(state: NightState, ended: Iterable[Path]) -> NightRun:
     """Run of a night: its parts, each with all of its jobs, and all tests of the alarm in results of jobs as one."""
     parts: dict[str, PartResult] = {}
     for job in state.jobs:
-        not_begun = PartResult(job.part, PartState.LEFT, 0.0, 0.0, job.scenes or (job.part,), INTERRUPTED)
+        left = job.scenes or (job.part,)
+        not_begun = PartResult(job.part, PartState.LEFT, 0.0, 0.0, left, "the night was interrupted", begun=False)
         result = state.results.get(job.name, not_begun)
         result = replace(result, left=tuple(map(beside, result.left)))
         parts[result.name] = joined(parts[result.name], result) if result.name in parts else result
@@ -201,5 +202,5 @@ def joined(first: PartResult, second: PartResult) -> PartResult:
         first.name, worst.state, round(first.share_s + second.share_s, 1),
         round(first.duration_s + second.duration_s, 3), (*first.left, *second.left), worst.reason,
         first.done + second.done, " && ".join(c for c in (first.command, second.command) if c),
-        first.missing or second.missing, first.bad_input or second.bad_input,
+        first.missing or second.missing, first.bad_input or second.bad_input, first.begun or second.begun,
     )  # fmt: skip

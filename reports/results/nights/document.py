@@ -18,8 +18,6 @@ FILE = "nightly.json"
 Direction = Literal["better", "worse", "same", "changed"]
 STRICT = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 """Unknown keys are errors, and numbers are finite; texts below fields are their descriptions"""
-INTERRUPTED = "the night was interrupted"
-"""Reason of a part that was left because its night ended early: it says nothing of the time that the part needs"""
 STUDY_OF_COMMAND = {"compare": "comparison"}
 """Studies whose command has another name"""
 NAMED = 3
@@ -192,6 +190,8 @@ class PartResult:
     """why engines or scenes that the part names did not run; the others did"""
     bad_input: bool = False
     """whether a scene of the part can't be read"""
+    begun: bool = True
+    """whether its turn came; of a part whose night ended before, nothing is known of the time that it needs"""
 
     @property
     def whole(self) -> bool:

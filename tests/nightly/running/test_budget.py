@@ -25,7 +25,7 @@ from barchain.nightly.running.budget import (
 from barchain.nightly.running.jobs import NightJob, night_jobs, part_scenes
 from barchain.nightly.running.plan import LEAST_MINUTES, load_plan
 from barchain.nightly.running.state import joined
-from reports.results.nights.document import INTERRUPTED, NightRun, PartResult, PartState
+from reports.results.nights.document import NightRun, PartResult, PartState
 
 if TYPE_CHECKING:
     from barchain.nightly.running.plan import NightPlan
@@ -93,7 +93,7 @@ def test_a_night_that_ended_before_a_part_began_says_nothing_of_the_time_that_th
     parts = (
         PartResult("tried", PartState.LEFT, 6.0, 6.0, ("a",), "interrupted at its limit of 6 s"),
         PartResult("starved", PartState.LEFT, 1.0, 0.0, ("b",), "no time was left"),
-        PartResult("cut", PartState.LEFT, 0.0, 0.0, ("c",), INTERRUPTED),
+        PartResult("cut", PartState.LEFT, 0.0, 0.0, ("c",), "the night was interrupted", begun=False),
         PartResult("going", PartState.LEFT, 9.0, 9.0, ("d",), "more scenes than fit", 2),
         PartResult("broken", PartState.FAILED, 9.0, 9.0, (), "an error"),
     )
