@@ -272,44 +272,37 @@ class CommittedTableCheck:
 
 def check(scene: Scene) -> CommittedTableCheck:
     """Compare a fresh certified solution with the committed one, inside both error bars."""
-    table = check_table(scene)
-    shipped = shipped_solution(closely_sampled(scene)) if table.agrees else None
-    if shipped is None:
-        return table
-    one, other = table.share, check_judge(scene, shipped)
-    larger = {name: max(one.get(name, 0.0), other.get(name, 0.0)) for name in one | other}
-    return CommittedTableCheck(scene.name, larger)
-
-
-def check_table(scene: Scene) -> CommittedTableCheck:
-    """Compare a fresh table with the committed one, inside both error bars."""
-    path = shipped_path(scene.name)
+    path, name = shipped_path(scene.name), scene.name
     if not path.is_file():
-        return CommittedTableCheck(scene.name, {}, f"has no certified solution; make it: {maker(scene.name)}")
+        return CommittedTableCheck(name, {}, f"has no certified solution; make it: {maker(name)}")
     try:
         kept = read_table(path)
     except DamagedTableError as error:
-        return CommittedTableCheck(scene.name, {}, str(error))
+        return CommittedTableCheck(name, {}, str(error))
     if kept.physics != physics_digest(scene):
-        return CommittedTableCheck(scene.name, {}, f"has changed since; make it again: {maker(scene.name)}")
-    return compare(scene.name, kept, make(scene))
+        return CommittedTableCheck(name, {}, f"has changed since; make it again: {maker(name)}")
+    again = make(scene)
+    if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
+        return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {maker(name)}")
+    table = CommittedTableCheck(name, shares(kept, again))
+    judge = shipped_solution(closely_sampled(scene)) if table.agrees else None
+    if judge is None:
+        return table
+    other = check_judge(scene, judge)
+    return CommittedTableCheck(name, {k: max(table.share.get(k, 0.0), other[k]) for k in other})
 
 
 def check_judge(scene: Scene, kept: ReferenceSolution) -> dict[str, float]:
     """Shares of a fresh judging solution's difference from the shipped one: error bars, and equally amplified."""
     again = make_judge(scene)
-    apart = differences(kept.trajectory, again.trajectory)
-    shares = {k: share(d[: len(kept.error[k])], kept.error[k] + again.error[k]) for k, d in apart.items()}
     grown = np.abs(again.amplification / kept.amplification - 1.0)[kept.amplification <= MOST_GROWN]
-    return shares | {"amplification": float(grown.max()) / AMPLIFICATION_SHARE}
+    return shares(kept, again) | {"amplification": float(grown.max()) / AMPLIFICATION_SHARE}
 
 
-def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> CommittedTableCheck:
-    """Differences of two certified solutions at the same instants relative to their error bars."""
-    if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
-        return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {maker(name)}")
+def shares(kept: CertifiedTable | ReferenceSolution, again: CertifiedTable | ReferenceSolution) -> dict[str, float]:
+    """Largest difference of each quantity at the same instants, relative to both error bars."""
     apart = differences(kept.trajectory, again.trajectory)
-    return CommittedTableCheck(name, {k: share(d, kept.error[k] + again.error[k]) for k, d in apart.items()})
+    return {k: share(d[: len(kept.error[k])], kept.error[k] + again.error[k]) for k, d in apart.items()}
 
 
 def share(apart: Array, allowed: Array) -> float:
