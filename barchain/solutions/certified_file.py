@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import io
 import json
 from dataclasses import dataclass
 from functools import cache as remembered
@@ -24,7 +23,7 @@ import pandas as pd
 from adapters.trajectory import ENDED, from_frame, to_frame
 from barchain.metrics.quantities import largest, rate_scale
 from barchain.solutions.reference import ReferenceSolution, SolutionSource
-from reports.results.writing import write_atomically
+from reports.results.writing import parquet, write_atomically
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -36,6 +35,8 @@ SAME_INSTANT = 8.0 * float(np.finfo(float).eps)
 """Relative to the instant: nearer instants are the same instant, computed in another order."""
 ERROR, RESPONSE, AMPLIFICATION = "error_", "response_", "amplification"
 CHECKSUM = "checksum"
+COMPRESSED = {"compression": "zstd", "compression_level": 19, "use_dictionary": False, "use_byte_stream_split": True,
+              "write_statistics": False}  # fmt: skip
 Head = dict[str, Any]
 
 
@@ -104,12 +105,7 @@ def write_file(path: Path, table: CertifiedTable, solution: ReferenceSolution | 
     frame = pd.concat(parts, ignore_index=True)
     frame.attrs.update(head | {CHECKSUM: checksum(head, frame)})
     path.parent.mkdir(parents=True, exist_ok=True)
-    sink = io.BytesIO()
-    frame.to_parquet(
-        sink, index=False, compression="zstd", compression_level=19, use_dictionary=False, use_byte_stream_split=True,
-        write_statistics=False,
-    )  # fmt: skip
-    write_atomically(path, sink.getvalue())
+    write_atomically(path, parquet(frame, **COMPRESSED))
     shipped_files.cache_clear()  # the folder may be that of the shipped solutions
 
 

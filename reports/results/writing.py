@@ -9,7 +9,7 @@ import io
 import os
 import stat
 from pathlib import Path, PurePath
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 from reports.results.reading import DIGITS
 
@@ -104,11 +104,10 @@ class DigestedFile(io.BufferedIOBase):
         return self.hash.hexdigest()[:DIGITS]
 
 
-def parquet(frame: pd.DataFrame) -> bytes:
-    """Contents of a Parquet file."""
-    sink = io.BytesIO()
-    frame.to_parquet(sink, index=False)
-    return sink.getvalue()
+def parquet(frame: pd.DataFrame, **options: Any) -> bytes:
+    """Contents of a Parquet file; `options` are pandas'."""
+    content: bytes = frame.to_parquet(index=False, **options)
+    return content
 
 
 def make_folder(root: Path, inside: PurePath | str) -> Path:
