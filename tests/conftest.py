@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, settings
 
 from reference_impl.kernel.build import KernelMissingError
 from tests.support.kernel import skip_without_kernel
+from tests.support.shared_workers import shared_workers  # noqa: F401
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
