@@ -64,6 +64,7 @@ def _little_memory(request: pytest.FixtureRequest) -> Iterator[None]:
             forget(sys.modules.get(f"adapters.heyoka.{name}"))
         sys.modules["heyoka"].llvm_state.clear_memcache()
     gc.collect()
+    gc.freeze()  # what modules and engines have loaded stays: the next look leaves it out
     pyarrow.default_memory_pool().release_unused()
     if platform.libc_ver()[0] == "glibc":
         ctypes.CDLL(None).malloc_trim(0)
