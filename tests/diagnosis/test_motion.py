@@ -145,10 +145,10 @@ EFFECTS = (
 )  # fmt: skip
 OTHERS = (
     ("three_bars_gradient", "masses-in-reversed-order"), ("three_bars_gradient", "inertia-slender"),
-    ("thrust_body", "thrusts-at-other-end"), ("thrust_body", "thrust-2-on-bar-2"),
+    ("together_7", "thrusts-of-positive-size"), ("thrust_body", "thrust-2-on-bar-2"),
     ("impulse_alone", "impulse-2-missing"), ("joint_springs_alone", "springs-rest-at-start"),
     ("prescribed_orbital_joint", "prescribed-rotation-by-external-actuator"),
-    ("solar_pressure_alone", "sunlight-with-shadow"), ("together_7", "thrusts-of-positive-size"),
+    ("solar_pressure_alone", "sunlight-with-shadow"), ("thrust_body", "thrusts-at-other-end"),
     ("eleven_bars_loads", "bars-by-first-digit"), ("eleven_bars_loads", "third-body-2-missing"),
     ("drag_alone", "drag-density-that-grows"), ("thrust_body", "thrusts-clockwise"),
     ("thrust_body", "thrusts-from-normal"), ("together_6", "impulses-at-other-end"),

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import simpson
 
 from barchain.metrics.derived import Motion, columns_of
+from barchain.solutions.judging import solution_engine
 from scenarios import Gravity, JointTorque, Scene, SceneError, load_scene
 from tests.effects.joint_runs import forms, moved
 
@@ -91,7 +92,7 @@ def test_the_torque_in_a_joint_works_with_the_motion() -> None:
     scene = load_scene("effects/joint_motors")
     effects = dataclasses.replace(scene.effects, gravity=Gravity.NONE)
     run = dataclasses.replace(scene.run, samples=2401)
-    seen = Motion(moved(dataclasses.replace(scene, effects=effects, run=run), "reference"))
+    seen = Motion(moved(dataclasses.replace(scene, effects=effects, run=run), solution_engine()))
     t_s = seen.trajectory.t_s
     smooth = (t_s > 20.05) & (t_s < 39.95)  # the set point moves, and the motor of joint 1 rests
     work = simpson(sum(columns_of(seen, "joint_power").values())[smooth], t_s[smooth])

@@ -12,13 +12,12 @@ from scipy.interpolate import make_interp_spline
 
 import barchain
 from adapters.common.kepler import propagate
-from adapters.engine import AccuracyParameter, Setting
-from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Trajectory
 from barchain.metrics.derived import BY_EFFECT, FUNCTIONS, DerivedError, Motion, chosen_columns, columns_of
 from scenarios import change_scene, load_scene
 from scenarios.channels import STORED
 from scenarios.derived_channels import DERIVED, DERIVED_CHANNELS
+from tests.support.solutions import run
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,11 +35,11 @@ assert barchain.Trajectory is Trajectory  # registers derived channels
 
 
 def moved(scene: Scene, samples: int = 0, duration_s: float = 0.0) -> Trajectory:
-    run = dataclasses.replace(
+    times = dataclasses.replace(
         scene.run, samples=samples or scene.run.samples, duration_s=duration_s or scene.run.duration_s
     )
-    scene = dataclasses.replace(scene, run=run)
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, RTOL)).of_run(scene)
+    scene = dataclasses.replace(scene, run=times)
+    return run(scene, RTOL).of_run(scene)
 
 
 def changed(name: str, **changes: Mapping[str, Any]) -> Scene:

@@ -75,7 +75,7 @@ def test_a_right_result_passes_and_one_with_reversed_reactions_does_not_and_says
     {"float_format": "%.9e"}, {"sep": " "}, {"sep": ";", "decimal": ","}, {"compression": "gzip"},
 ], ids=str)  # fmt: skip
 def test_separators_marks_and_line_ends_are_read(table, judged, how):
-    assert judged(table, **how).passed
+    assert judged(table.iloc[:60], **how).passed
 
 
 def test_units_in_the_header_are_followed_and_a_wrong_one_is_a_named_mistake(table, judged):

@@ -23,7 +23,6 @@ from barchain.solutions.reference import closely_sampled
 from reports.results.outcome import Outcome
 from scenarios.scene import Run
 
-pytestmark = pytest.mark.usefixtures("shared_workers")
 FREE = "basics/two_bars_free"
 THREE = "conform/three_bars_gradient"
 NOTHING = Declared()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,7 @@ SCENE = make_scene({
 REST = {"run": {"duration_s": HALF_S, "samples": 31}}
 
 
+@functools.lru_cache
 def run(scene: Scene) -> Trajectory:
     """Run of the reference."""
     return Reference().run(scene, Setting(AccuracyParameter.RTOL, RTOL))

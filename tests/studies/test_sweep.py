@@ -27,7 +27,6 @@ from tests.support.results import read_record, read_table
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = pytest.mark.usefixtures("shared_workers")
 KEPLER = "basics/kepler_elliptic"  # one bar of 1 m under point gravity, which starts at the perigee
 ENGINE = "reference"
 ONE = LocalProcesses(1)

@@ -1,4 +1,4 @@
-"""Workers that stay from test to test: a fixture for tests of what runs compute, not of the processes that run it."""
+"""Workers that stay from test to test, for tests of what runs compute and not of the processes that run it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 WORKERS = pool.Slots()
+OF_PROCESSES = {"boundary", "execution", "test_isolation.py", "test_sources.py"}
+"""Folders and modules of tests that look at processes themselves"""
 
 
 class SharedSession(pool.LocalSession):
@@ -26,9 +28,12 @@ class SharedSession(pool.LocalSession):
         self.threads.shutdown(cancel_futures=True)
 
 
-@pytest.fixture(scope="module")
-def shared_workers() -> Iterator[None]:
-    """Use the same workers in all sessions of a module's tests."""
+@pytest.fixture(autouse=True, scope="module")
+def shared_workers(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Use the same workers in all sessions of a module's tests, except where these look at processes."""
+    if OF_PROCESSES & set(request.path.parts):
+        yield
+        return
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(pool, "LocalSession", SharedSession)
         yield
