@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +45,7 @@ def scene_with(chain: dict[str, Any], gravity: str = "none", **tables: Any) -> S
     return make_scene(given | {"chain": chain} | tables)
 
 
+@functools.lru_cache
 def run(scene: Scene, engine: type = Reference, rtol: float = 1e-12) -> Trajectory:
     """Run of the reference."""
     found: Trajectory = engine().run(scene, Setting(AccuracyParameter.RTOL, rtol))

@@ -8,7 +8,7 @@ import pytest
 
 from adapters.common.kepler import propagate
 from adapters.trajectory import to_frame
-from barchain import load_scene, simulate
+from barchain import change_scene, load_scene, simulate
 from barchain.judge.diagnosis.diagnose import Diagnosis
 from barchain.judge.diagnosis.trials import moved_start
 from barchain.judge.local_errors import elastic_decay_1_s
