@@ -263,7 +263,7 @@ def test_two_mistakes_in_few_rows_of_one_column_get_no_wrong_name(judged, tmp_pa
 
 def test_numbers_that_were_rounded_before_they_were_written_in_full_are_told_as_that(right, judged):
     """6728000.0 has eight digits, of which six count; reversed reactions are wrong all the same."""
-    rounded = right.map(lambda value: float(f"{value:.6g}"))
+    rounded = right.iloc[:41].map(lambda value: float(f"{value:.6g}"))
     found = judged(rounded)
     assert not found.passed
     assert not found.mistakes
