@@ -22,7 +22,7 @@ from barchain.runs.job import Job, Role, RunResult
 from barchain.runs.run import keep_run
 from barchain.runs.tasks import limit_of, run_task
 from barchain.solutions.certified_file import shipped_solution
-from barchain.solutions.judging import solution_case
+from barchain.solutions.judging import SolutionFailedError, solution_case
 from barchain.solutions.reference import closely_sampled
 from barchain.studies.comparison.plan import SceneProgress
 from barchain.studies.comparison.run import Comparison, ComparisonResult
@@ -127,6 +127,8 @@ def judge_files(
     """
     loaded = closely_sampled(load_scene(scene) if isinstance(scene, str) else scene)
     read = [read_channels(path, loaded, mapping or {}, digits) for path in (file, finer) if path is not None]
+    if 0 < read[0].bars < loaded.bars and shipped_solution(loaded) is None:  # whose run may take long
+        raise TableError(f"{file} has columns of {plural(read[0].bars, 'bar')}, and the scene has {loaded.bars}")
     solution = solution_of(loaded, time_limit_s)
     main, *second = (placed(channels, solution) for channels in read)
     if second and not np.array_equal(second[0].trajectory.t_s, main.trajectory.t_s):
@@ -201,7 +203,10 @@ def solution_of(scene: Scene, time_limit_s: float) -> ReferenceSolution:
     if shipped is not None:
         return shipped
     case = solution_case(scene, lambda job: run_task(job, limit_of(job, time_limit_s)))
-    ((_, found),) = run_cases([(scene.name, case)], ALL_CORES)
+    try:
+        ((_, found),) = run_cases([(scene.name, case)], ALL_CORES)
+    except SolutionFailedError as error:
+        raise SolutionFailedError(f"{scene.name} has no solution to judge by: {error}") from error
     return found
 
 

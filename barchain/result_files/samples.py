@@ -38,6 +38,10 @@ TWICE = 2.0
 """Largest size of a value relative to the largest right one at which it has the digits of a right one"""
 
 
+FAR_FEWER = 100.0
+"""Error bar of a column over that of the finest one beside it, from which on it has far fewer digits"""
+
+
 @dataclass(frozen=True)
 class Samples:
     """A file's samples beside the solution that judges them, n instants."""
@@ -154,6 +158,7 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
     rows = slice(n - int(np.count_nonzero(inside)), n)
     arrays, written, judged, whole, missing, few = {}, {}, set[str](), set[str](), list[str](), list[str]()
     absent: dict[str, NDArray[np.bool_]] = {}
+    rounded: list[str] = []
     for channel in COMPARED:
         array, quantity = channel.array, channel.name
         right = getattr(seen, array)
@@ -167,6 +172,8 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
             if there[k]:
                 values[rows, k] = channels.values[name][inside]
                 error[rows, k] = of_right_size(channels.half_units[name][inside], values[rows, k], values_right[:, k])
+        coarse = within_digits(values[rows], error[rows], values_right[rows], np.array(there))
+        rounded += [names[k] for k in coarse]
         by_part = np.linalg.norm(error.reshape(n, -1, len(channel.stems)), axis=-1)
         written[quantity] = by_part.max(axis=-1) + half_t_s * speed(solution, quantity)
         missing += [name for name, found in zip(names, there, strict=True) if not found]
@@ -183,6 +190,10 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
             whole.add(quantity)
     if missing:
         notes.append(f"not in the file, and not judged: {', '.join(missing)}")
+    if rounded:
+        notes.append(
+            f"fewer digits than columns beside it: {', '.join(rounded)}; what its digits leave open is no error"
+        )
     if channels.ignored:
         notes.append(f"columns that are not judged: {', '.join(channels.ignored)}")
     arrays = {array: getattr(seen, array) for array in ("com_m", "com_velocity_m_s")} | arrays
@@ -192,6 +203,34 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
         trajectory, solution, written, frozenset(judged), frozenset(whole), absent=absent, notes=notes,
         bars=channels.bars, too_few_digits="; ".join(few),
     )  # fmt: skip
+
+
+def within_digits(values: Array, error: Array, right: Array, there: NDArray[np.bool_]) -> list[int]:
+    """Replace values of far fewer digits than those beside them by the nearest to the right ones that were written so.
+
+    One error bar for all columns of a quantity would hide errors of the others.
+
+    Parameters
+    ----------
+    values, error : ndarray, shape (n, k)
+        Columns of a quantity and half a unit in the last place of each value; changed in place.
+    right : ndarray, shape (n, k)
+    there : ndarray of bool, shape (k,)
+        Columns that the file has.
+
+    Returns
+    -------
+    list of int
+        Numbers of the columns that were changed.
+    """
+    size = error.max(axis=0)
+    told = there & (np.ptp(values, axis=0) > 0.0)  # one value alone tells nothing of its digits
+    finest = float(size[told].min(initial=np.inf))
+    coarse = np.flatnonzero(there & (size > FAR_FEWER * finest))
+    for k in coarse:
+        values[:, k] = np.clip(right[:, k], values[:, k] - error[:, k], values[:, k] + error[:, k])
+        error[:, k] = np.minimum(error[:, k], finest)
+    return coarse.tolist()
 
 
 def of_right_size(half_unit: Array, values: Array, right: Array) -> Array:

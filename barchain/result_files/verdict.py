@@ -46,9 +46,11 @@ CONVERGES = 1.5
 FEWEST_BEFORE = 8
 """Least samples before one at which a change is held against earlier ones; and the share of the file, its reciprocal"""
 SMALLEST_CHANGE = 1e-9
-"""Change between two files, relative to a quantity's size, that earlier changes need not foretell"""
+"""Change between files, relative to a quantity's size, that earlier changes need not foretell"""
 MOST_FASTER = 1e3
 """Largest ratio of a change to what earlier ones grow to: doubled times make that of a right method up to 16 times"""
+MOST_MADE = 100.0
+"""Error of several steps and of what amplifies beside the attitude, over that of one step of the request"""
 STATES = ("com", "com_velocity", "attitude", "rate")
 """Quantities that a start is made of"""
 SAME_START = 1e-9
@@ -110,14 +112,16 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     if found.outcome is not Outcome.PASS:
         advice += [main.other_chain, main.other_time]
         advice = [*filter(None, advice)]
-    if fast := parts_too_fast(main, own):
+    if fast := too_fast(main, own):
+        fast = f"the two files part {fast}"
         found = with_outcome(found, main, setting, Outcome.INCONSISTENT, fast, name)
         advice.append(fast)
     if isinstance(setting, Undeclared) and finer is None and not advice:
         if found.outcome is Outcome.PASS:
             notes.append("no accuracy is declared (--finer, --rtol): it agrees to its digits")
         else:
-            found, setting, mistakes, said = on_the_ladder(name, main, declared, found)
+            known = before_the_limit(name, main, declared) or on_the_ladder(name, main, declared, found)
+            found, setting, mistakes, said = known
             advice.append(said)
     elif main.enough and not advice and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
@@ -131,8 +135,9 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         found = explained(found, mistakes)
     elif rounded and not advice:
         advice.append(rounded)
-    if found.outcome is Outcome.PASS and (short := falls_short(main, finer, declared, found)):
-        found = with_outcome(found, main, setting, Outcome.TOO_COARSE, short, name)
+    if found.outcome is Outcome.PASS and (against := reason_against(main, finer, declared, found, setting)):
+        found = with_outcome(found, main, setting, *against, name)
+        advice = [] if against[0] is Outcome.INCONSISTENT else advice
     explained_so = main.other_chain or main.other_time or (mistakes and mistakes.explanations)
     start = "" if found.outcome is Outcome.PASS or explained_so else other_start(main)
     advice += [start] if start and not any(start in said for said in advice) else []
@@ -147,6 +152,16 @@ def with_outcome(found: Verdict, main: Samples, setting: Setting, outcome: Outco
     """Verdict with an outcome of the file as a whole besides."""
     row = no_verdict(main.solution.scene.name, name, setting, outcome, reason).rows
     return dataclasses.replace(found, rows=[*found.rows, *row])
+
+
+def reason_against(
+    main: Samples, finer: Samples | None, declared: Declared, found: Verdict, setting: Setting
+) -> tuple[Outcome, str] | None:
+    """Outcome in the place of a pass, and why; None where what agrees is enough, and nothing else speaks against it."""
+    if finer is None and (left := leaves_too_fast(main, 0.0 if isinstance(setting, Undeclared) else setting.value)):
+        return Outcome.INCONSISTENT, left
+    short = falls_short(main, finer, declared, found)
+    return (Outcome.TOO_COARSE, short) if short else None
 
 
 def falls_short(main: Samples, finer: Samples | None, declared: Declared, found: Verdict) -> str:
@@ -165,33 +180,54 @@ def falls_short(main: Samples, finer: Samples | None, declared: Declared, found:
     return "; ".join(reasons)
 
 
-def parts_too_fast(main: Samples, own: Mapping[str, Array]) -> str:
-    """Where two files part faster than the scene lets errors grow, as a sentence; empty where they do not.
+def leaves_too_fast(main: Samples, rtol: float) -> str:
+    """Where a file that agrees leaves the solution beyond its own predictability limit, as a sentence; empty if not.
 
-    What a change between the files is taken for, an error, grows with the amplification, and slowly besides. Garbage
+    A file of low accuracy has an early limit. The solution is known until a later one. At any time before, a step may
+    have made an error of the request at which the file agrees, which the scene amplifies.
+
+    Parameters
+    ----------
+    main : Samples
+    rtol : float
+        The request; 0 of a file that agrees to its digits.
+    """
+    known = main.solution.trajectory.t_s <= main.solution.limit_s
+    own = differences(main.trajectory, main.solution.trajectory)
+    seen = {quantity: off[known[: len(off)]] for quantity, off in own.items() if quantity in main.judged}
+    where = too_fast(main, seen, rtol)
+    return f"the file leaves the solution {where}" if where else ""
+
+
+def too_fast(main: Samples, own: Mapping[str, Array], rtol: float = 0.0) -> str:
+    """Where an error begins that grows faster than the scene lets errors grow, in words; empty where none does.
+
+    What a change between files is taken for, an error, grows with the amplification, and slowly besides. Garbage
     begins at once. Scenes in which forces jump are left out: an error may begin at a jump.
 
     Parameters
     ----------
     main : Samples
     own : mapping
-        Difference of the file from its finer one by quantity, (n,).
+        Difference of the file from its finer one, or from the solution, by quantity, (n,).
+    rtol : float
+        Error that a step in between may have made, relative to a quantity's scale.
     """
     effects, amplification = main.solution.scene.effects, main.solution.amplification
     if effects.breaks_s or effects.drag or effects.solar_pressure:
         return ""
-    size = sizes(main.solution.trajectory)
+    size, unit = sizes(main.solution.trajectory), scales(main.solution)
     for quantity, change in own.items():
         n = min(len(change), len(amplification))
         if quantity in TRACK or quantity not in size:
             continue
         least = SMALLEST_CHANGE * float(size[quantity].max()) + 2.0 * main.written[quantity]
+        between = MOST_MADE * rtol * amplification * unit[quantity]
         for k in range(max(FEWEST_BEFORE, n // FEWEST_BEFORE), n):
             grown = float(change[: k // 2 + 1].max()) * amplification[k] / amplification[k // 2]
-            if change[k] > MOST_FASTER * max(grown, float(least[k])):
+            if change[k] > max(MOST_FASTER * max(grown, float(least[k])), float(between[k])):
                 when = main.trajectory.t_s[k]
-                where = f"at t = {when:.4g} s, in the {quantity}"
-                return f"the two files part {where}, far faster than errors grow in the scene"
+                return f"at t = {when:.4g} s, in the {quantity}, far faster than errors grow in the scene"
     return ""
 
 
@@ -310,12 +346,31 @@ def less_accurate(finer: Mapping[float, Verdict], reached: float) -> str:
     if not outside:
         return ""
     last = outside[max(outside)]
-    if not {row["quantity"] for v in finer.values() for row in v.rows if row["metric"] == "max"} - last:
+    if not last or not {row["quantity"] for v in finer.values() for row in v.rows if row["metric"] == "max"} - last:
         return ""  # there are no others
     best = min(rtol for rtol, names in outside.items() if names <= last)
     if best * FAR_APART > reached:
         return ""
     return f"{', '.join(sorted(last))}: no better than rtol={reached:g}, while all else agrees at rtol={best:g}"
+
+
+def before_the_limit(
+    name: str, main: Samples, declared: Declared
+) -> tuple[Verdict, Setting, Diagnosis | None, str] | None:
+    """Verdict on a file of which even the finest request leaves too little before its limit; None of any other one.
+
+    Coarser requests have earlier limits still. What follows the limit is compared from the file's own states.
+    """
+    at = dataclasses.replace(declared, rtol=LADDER[0])
+    early = one_verdict(name, main, None, at, {}, restarts=False)[0]
+    some = any(row["metric"] == "judged_share" and row["value"] > 0.0 for row in early.rows)
+    if early.outcome is not Outcome.TOO_COARSE or not some:
+        return None
+    whole, *_ = one_verdict(name, main, None, at, {})
+    if whole.outcome is Outcome.PASS:
+        said = f"agrees at rtol={at.rtol:g}; declare it (--rtol {at.rtol:g}) to demand it"
+        return whole, at.setting, None, said
+    return early, at.setting, None, f"it agrees at rtol={at.rtol:g} as far as it can be judged"
 
 
 def on_the_ladder(

@@ -17,6 +17,7 @@ from barchain.metrics.quantities import differences, drifts
 from barchain.result_files import verdict
 from barchain.result_files.judging import judge_files
 from barchain.result_files.judging import solution_of as judging_solution
+from barchain.result_files.table import TableError
 from barchain.solutions.at_times import solution_at
 from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.reference import closely_sampled
@@ -259,6 +260,54 @@ def test_two_mistakes_in_few_rows_of_one_column_get_no_wrong_name(judged, tmp_pa
     assert not found.passed
     assert not found.mistakes or found.mistakes.startswith("No known mistake"), found.mistakes
     assert any("at t = 0 the rate is" in said for said in found.advice)
+
+
+@pytest.mark.parametrize("how", ["zero", "frozen", "garbage", "a step"])
+def test_a_tail_beyond_the_limit_that_no_error_grows_into_fails(judged, how):
+    """Of a chaotic scene: a file agrees as less accurate ones do until there, and the solution is known for longer."""
+    scene = load_scene("paper/fig05")
+    frame = to_frame(shipped_solution(scene).trajectory)[["t_s", *(f"angle_{j}_rad" for j in range(1, 6))]].iloc[::5]
+    assert judged(frame, scene=scene).passed
+    wrong = frame.copy()
+    tail, angles = frame.t_s > 0.3 * scene.run.duration_s, frame.columns[1:]
+    right = frame.loc[tail, angles].to_numpy()
+    wrong.loc[tail, angles] = {
+        "zero": np.zeros_like(right),
+        "frozen": np.broadcast_to(right[0], right.shape),
+        "garbage": 1e6 * np.sin(np.arange(len(right)))[:, None] + np.zeros_like(right),
+        "a step": right + 1.0,
+    }[how]
+    found = judged(wrong, scene=scene)
+    assert not found.passed
+    assert any("far faster than errors grow" in reason for reason in found.reasons)
+
+
+def test_a_coarse_column_hides_no_error_of_the_columns_beside_it(right, judged):
+    few = right[["t_s", "angle_1_rad", "angle_2_rad"]].assign(angle_2_rad=right.angle_2_rad.round(1))
+    found = judged(few)
+    assert found.passed
+    assert any("fewer digits than columns beside it: angle_2" in note for note in found.notes)
+    wrong = few.assign(angle_1_rad=few.angle_1_rad + 0.03 * np.sin(few.t_s / 300.0))
+    for declared in (NOTHING, Declared(rtol=1e-9)):
+        assert not judged(wrong, declared).passed
+    assert not judged(few.assign(angle_2_rad=few.angle_2_rad + 0.2)).passed
+
+
+def test_a_right_file_of_a_scene_of_early_limits_passes_from_its_own_states_and_a_part_of_it_says_how_far(judged):
+    scene = load_scene("hard/whip")
+    whole = simulate(scene, "reference", rtol=1e-12).to_frame().filter(regex="^(t_s|com_[xyv]|angle|rate|reaction)")
+    found = judged(whole, scene=scene)
+    assert found.passed, found.reasons
+    assert found.advice[0].startswith("agrees at rtol=1e-12")
+    part = judged(whole.filter(regex="^(t_s|angle)"), scene=scene)
+    assert part.outcome is Outcome.TOO_COARSE
+    assert part.advice == ["it agrees at rtol=1e-12 as far as it can be judged"]
+
+
+def test_a_file_of_fewer_bars_than_a_scene_without_a_solution_is_refused_before_any_run(right, judged, tmp_path):
+    scene = scene_of(HINGED.replace("bars = 2", "bars = 100000").replace("samples = 11", "samples = 3"), tmp_path)
+    with pytest.raises(TableError, match="has columns of 2 bars, and the scene has 100000"):
+        judged(right, scene=scene)
 
 
 def test_numbers_that_were_rounded_before_they_were_written_in_full_are_told_as_that(right, judged):

@@ -69,6 +69,7 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     from barchain.result_files.table import TableError
     from barchain.runs.cluster.connection import ClusterError, ClusterLostError
     from barchain.solutions.certified_file import DamagedTableError
+    from barchain.solutions.judging import SolutionFailedError
     from reports.results.reading import DamagedResultsError
     from reports.results.schema import SchemaVersionError
     from scenarios import SceneError
@@ -78,4 +79,5 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     bad_input = SceneError, UnknownEngineError, EntryError, SettingError, HistoryError, *bad_tables, *bad_folder
     if isinstance(error, bad_input) or (isinstance(error, ClusterError) and not isinstance(error, ClusterLostError)):
         return str(error), ExitCode.BAD_INPUT
-    return (str(error), ExitCode.FINDINGS) if isinstance(error, (ClusterLostError, EngineError)) else None
+    found = ClusterLostError, EngineError, SolutionFailedError
+    return (str(error), ExitCode.FINDINGS) if isinstance(error, found) else None

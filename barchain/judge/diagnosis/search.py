@@ -109,6 +109,8 @@ class GivenResult:
         """Decimal digits of each independent number in the differences from the right motion, largest first."""
         weights = {q: weight for q, weight in self.weights.items() if q in quantities}
         rows = np.flatnonzero(np.any([w > 0.0 for w in weights.values()], axis=0)) if weights else np.arange(0)
+        if not len(rows):
+            return np.zeros(0)
         return independent_digits(self.apart(self.right.samples(rows), rows, weights))
 
     def perturbed(self, motion: Trajectory) -> Trajectory:
