@@ -13,9 +13,10 @@ from barchain.judge.written import Declared
 from barchain.metrics.quantities import differences
 from barchain.result_files.channels import read_channels
 from barchain.result_files.numbers import half_of
+from barchain.result_files.one_verdict import one_verdict
 from barchain.result_files.samples import placed
 from barchain.result_files.table import TableError
-from barchain.result_files.verdict import judge_file, one_verdict
+from barchain.result_files.verdict import judge_file
 from barchain.runs.cases import run_cases
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role, RunResult
