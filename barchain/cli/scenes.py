@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 DEPENDS = "supports the scene if no bar turns its other face to the wind or the Sun, which a run tells"
+PLANETS = (1e-3, 10.0)
+"""Least and largest pressure of sunlight on planets, over that on the Earth"""
 SAME_RATE = 1e-3  # of the orbital rate: a bar's own longitude turns at another rate than the chain's by (l/r)²
 FEW = 6  # bars whose start `validate` tells
 LOW_M = 80e3  # the air of the Earth ends an orbit below it within a revolution
@@ -192,7 +194,8 @@ def validate(files: tuple[str, ...]) -> None:
 
     The line names the file, the key, the given value, the allowed values and the nearest name.
     A valid scene has lines on its orbit and on its start in numbers. A lowest height below 80 km is a warning.
-    A prescribed bar whose law starts at another rate than its rate_factor gives is a note.
+    A prescribed bar whose law starts at another rate than its rate_factor gives is a note, and so is sunlight that no
+    planet has.
     A line proposes another duration and number of samples where engines reject a scene for its instants alone.
     A scene whose run would take longer than is allowed is a fault, and the line says what allows more.
     Exits with 2 if a file has a fault.
@@ -221,7 +224,7 @@ def valid(file: str) -> bool:
     for words in start_words(scene):
         say(f"{file}: {words}")
     warn_of_height(file, scene)
-    for words in rates_of_laws(scene):
+    for words in (*rates_of_laws(scene), *light_of_no_planet(scene)):
         say(f"{file}: note: {words}")
     if estimated_run_s(scene) > TOLD_S:
         say(f"{file}: {work_words(scene)}")
@@ -279,6 +282,19 @@ def rates_of_laws(scene: Scene) -> Iterable[str]:
                 f"bar {bar} is prescribed: it starts at the rate of its law, {own:.4g} rad/s, and not at that of its "
                 f"rate_factor {scene.chain.rate_factor[bar - 1]:g}, {given:.4g} rad/s"
             )
+
+
+def light_of_no_planet(scene: Scene) -> Iterable[str]:
+    """Sentence on sunlight of a pressure that no planet has: from Mercury to Neptune it is 7 to 1/900 times the Earth's."""
+    from scenarios.toml.effect_tables import SUNLIGHT_PA
+
+    light = scene.effects.solar_pressure
+    ratio = light.pressure_Pa / SUNLIGHT_PA if light else 1.0
+    if not PLANETS[0] <= ratio <= PLANETS[1]:
+        yield (
+            f"effects.solar_pressure.pressure_Pa: {light.pressure_Pa:g} Pa is {ratio:.3g} times the Sun's at the "
+            f"Earth's distance, {SUNLIGHT_PA:g} Pa"
+        )
 
 
 def warn_of_height(file: str, scene: Scene) -> None:

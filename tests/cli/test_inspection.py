@@ -126,6 +126,15 @@ def test_validate_tells_period_and_lowest_height_and_warns_of_a_low_orbit(orbit,
     assert warned in shown.err
 
 
+@pytest.mark.parametrize(("pressure_Pa", "noted"), [(4.56e-6, False), (3e-5, False), (4.56, True), (4.56e-12, True)])
+def test_validate_tells_sunlight_that_no_planet_has(pressure_Pa, noted, tmp_path, capsys):
+    file = tmp_path / "mine.toml"
+    text = BAD_SCENE.replace("altitude_km = 500.0", "altitude_m = 5e5").replace("-5.0", "5.0")
+    file.write_text(f"{text}[effects.solar_pressure]\nwidth_m = 1.0\npressure_Pa = {pressure_Pa}\n")
+    assert run(["validate", str(file)]) == 0
+    assert ("times the Sun's at the Earth's distance" in capsys.readouterr().out) is noted
+
+
 def test_validate_tells_a_low_point_after_the_end_of_the_run(tmp_path, capsys):
     file = tmp_path / "mine.toml"
     orbit = "altitude_m = 5e5\nspeed_factor = 0.9"
