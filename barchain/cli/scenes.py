@@ -285,15 +285,14 @@ def rates_of_laws(scene: Scene) -> Iterable[str]:
 
 
 def light_of_no_planet(scene: Scene) -> Iterable[str]:
-    """Sentence on sunlight of a pressure that no planet has: from Mercury to Neptune it is 7 to 1/900 times the Earth's."""
+    """Sentence on sunlight of a pressure that no planet has: Mercury's is 7 times the Earth's, Neptune's 1/900."""
     from scenarios.toml.effect_tables import SUNLIGHT_PA
 
     light = scene.effects.solar_pressure
-    ratio = light.pressure_Pa / SUNLIGHT_PA if light else 1.0
-    if not PLANETS[0] <= ratio <= PLANETS[1]:
+    if light and not PLANETS[0] <= light.pressure_Pa / SUNLIGHT_PA <= PLANETS[1]:
         yield (
-            f"effects.solar_pressure.pressure_Pa: {light.pressure_Pa:g} Pa is {ratio:.3g} times the Sun's at the "
-            f"Earth's distance, {SUNLIGHT_PA:g} Pa"
+            f"effects.solar_pressure.pressure_Pa: {light.pressure_Pa:g} Pa is {light.pressure_Pa / SUNLIGHT_PA:.3g} "
+            f"times the Sun's at the Earth's distance, {SUNLIGHT_PA:g} Pa"
         )
 
 
