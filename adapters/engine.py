@@ -53,6 +53,18 @@ class Coordinates(StrEnum):
     """One bar's end in a frame that follows the centre of mass, and each bar's angle relative to the previous bar."""
     ABSOLUTE = "absolute"
     """Positions relative to the centre of the central body."""
+    ABSOLUTE_JOINT = "absolute joint coordinates"
+    """One bar's end from the centre of the central body, and each bar's angle relative to the previous bar."""
+
+    @property
+    def absolute(self) -> bool:
+        """Whether places count from the centre of the central body, and round as its radius does."""
+        return self in (Coordinates.ABSOLUTE, Coordinates.ABSOLUTE_JOINT)
+
+    @property
+    def by_joints(self) -> bool:
+        """Whether the centre of mass follows from the angles, and shares their errors."""
+        return self in (Coordinates.JOINT, Coordinates.ABSOLUTE_JOINT)
 
 
 class SettingError(ValueError):

@@ -242,19 +242,19 @@ def commands(taken: Collection[str]) -> dict[str, Registration]:
 
     A file that only lies in the working folder starts no program by that: its engines are in no default set.
     """
-    from adapters.command.entries import entry_files, found_entries, lies_here, packed
+    from adapters.command.entries import OURS, found_entries, lies_here, packed
 
-    if not entry_files():
-        return {}
     made = {}
     for path, entry in found_entries():
         folder = path.resolve().parent
         used = entry.name in taken or entry.name.lower() in RESERVED
         name = f"{entry.name} ({folder.name})" if used else entry.name
         reason = f"the name {entry.name} of an engine in {folder} is taken; give it another" if used else ""
+        ours = path in OURS
         made[name] = Registration(
-            COMMAND_TARGET, in_default_set=not lies_here(path), rejected=reason, entry=packed(folder, entry)
-        )
+            COMMAND_TARGET, in_default_set=not (ours or lies_here(path)), optional=ours, rejected=reason,
+            entry=packed(folder, entry),
+        )  # fmt: skip
     return made
 
 

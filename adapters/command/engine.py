@@ -98,8 +98,12 @@ class CommandEngine(Engine):
         counts = {"steps": found.steps, "evaluations": found.evaluations, ENDED: found.ended_s}
         clock = {"process_s": self.process_s} | ({} if found.seconds is None else {OWN_CLOCK: found.seconds})
         info: dict[str, float | str] = {k: float(v) for k, v in (counts | clock).items() if v is not None}
-        gap_m = trajectory.gap_m if Observable.GAP in self.entry.observables else None  # a single bar's is empty
-        return dataclasses.replace(trajectory, info=info, gap_m=gap_m)
+        shown = self.entry.observables  # a single bar's gaps and reactions are empty, and in every table
+        gap_m = trajectory.gap_m if Observable.GAP in shown else None
+        reaction_N = trajectory.reaction_N
+        if Observable.REACTION not in shown and reaction_N is not None and not reaction_N.size:
+            reaction_N = None
+        return dataclasses.replace(trajectory, info=info, gap_m=gap_m, reaction_N=reaction_N)
 
     def read_result(self) -> Result:
         """Result as the program wrote it; of a program that writes samples alone, that it passed."""

@@ -47,6 +47,8 @@ FILES = "BARCHAIN_ENGINES"
 """Variable that names further files with entries; the option ``--engines`` sets it for a command and its processes"""
 FILE = "engines.toml"
 """Name of the file that is read in the working folder, and in the user's folder of settings"""
+OURS = (Path(__file__).parents[1] / "basilisk" / FILE,)
+"""Files of engines of barchain's that have an environment of their own"""
 REQUEST, SAMPLES, RESULT = "{request}", "{samples}", "{result}"
 PYTHON = "{python}"
 DIGITS = 16
@@ -245,10 +247,10 @@ class EngineFile(BaseModel):
 
 
 def entry_files() -> list[Path]:
-    """Files with entries, the more particular first: those of the variable, the working folder's, the user's."""
+    """Files with entries, the more particular first: those of the variable, the working folder's, the user's, ours."""
     named = [Path(each) for each in os.environ.get(FILES, "").split(os.pathsep) if each]
     usual = (Path(FILE), platformdirs.user_config_path("barchain") / FILE)
-    return [*named, *(path for path in usual if path.is_file())]
+    return [*named, *(path for path in usual if path.is_file()), *OURS]
 
 
 def lies_here(path: Path) -> bool:

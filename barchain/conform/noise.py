@@ -9,7 +9,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from adapters.engine import Coordinates, Declarations, EngineError
+from adapters.engine import Declarations, EngineError
 from barchain.conform.checks import FAILED, WARNING, CheckState
 from barchain.judge.compare import judge
 from barchain.judge.residuals import worst
@@ -71,7 +71,7 @@ def agrees_but_forces(engine: Declarations, setting: Setting, evidence: Evidence
     size = scales(solution)
     noise = declared_noise(engine, setting, solution, solution.trajectory.t_s)
     over = {name for name, values in noise.items() if float(values.max()) > max_noise(name, size)}
-    if engine.coordinates is not Coordinates.ABSOLUTE or not over <= {"reaction", "torque"}:
+    if not engine.coordinates.absolute or not over <= {"reaction", "torque"}:
         return False
     hidden: dict[str, Any] = dict.fromkeys(FIELDS[name] for name in over)
 

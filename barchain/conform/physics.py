@@ -323,7 +323,7 @@ def state_without_failure(verdict: Verdict, scene: Scene, coordinates: Coordinat
         return PASSED, agreement(verdict)
     if verdict.outcome is Outcome.UNSUPPORTED:
         return UNSUPPORTED, reasons
-    if verdict.outcome is Outcome.ROUNDOFF_LIMITED and coordinates is Coordinates.ABSOLUTE:
+    if verdict.outcome is Outcome.ROUNDOFF_LIMITED and coordinates.absolute:
         return WARNING, f"round-off limits the run: {reasons}"
     if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
         return FAILED, f"runs scatter far more than numbers in {coordinates} coordinates round: {reasons}"

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from adapters.engine import Coordinates
 from barchain.judge.checks.beyond_limit import findings_beyond_limit
 from barchain.judge.checks.drifts import ABOUT_COM, WHOLE, carried, drift_bounds, drift_findings
 from barchain.judge.checks.more_judged import until_share
@@ -96,7 +95,7 @@ def verdict_on(name: str, run: Residuals) -> Verdict:
     if fault is None:
         found.append(judged_share(run, segments, found))
     further = further_runs(run, found)
-    wait = further and run.engine.coordinates is Coordinates.ABSOLUTE  # round-off may turn out to limit the run
+    wait = further and run.engine.coordinates.absolute  # round-off may turn out to limit the run
     reason = None if wait else declared_limitation(run, found)
     if reason is not None:
         return no_verdict(run.scene.name, name, run.setting, Outcome.UNSUPPORTED, reason)
@@ -128,7 +127,7 @@ def further_runs(run: Residuals, found: list[CheckFinding]) -> tuple[Role, ...]:
     Empty where the errors are too large for either cause.
     """
     doubted = [f for f in found if f.outcome in DOUBTED and f.metric in JUDGED_METRICS]
-    absolute = run.engine.coordinates is Coordinates.ABSOLUTE
+    absolute = run.engine.coordinates.absolute
     if not doubted or run.com_only:
         return ()
     roundoff = all(may_be_roundoff(run, f.quantity) for f in doubted)

@@ -123,7 +123,7 @@ class ErrorModel:
         Absolute coordinates count from the central body's centre, relative ones along the chain. In a frame on an orbit
         of its own, the chain's departure from that orbit is added to the chain's size.
         """
-        if self.engine.coordinates is Coordinates.ABSOLUTE:
+        if self.engine.coordinates.absolute:
             return self.scene.radius0_m
         if self.engine.coordinates is Coordinates.RELATIVE:
             return self.scene.size_m

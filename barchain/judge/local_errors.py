@@ -110,7 +110,7 @@ def requested_errors(engine: Declarations, setting: Setting, solution: Reference
         alive = turned / decay
         turned = counted if counted > chain_rate else slow
     # of the angles that the track is computed from
-    shared = made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0
+    shared = made * scene.size_m if engine.coordinates.by_joints else 0.0
     return LocalErrors(
         solution.trajectory.t_s[:n],
         np.full(n, made * turned),
@@ -187,13 +187,13 @@ def truncation_errors(engine: Declarations, setting: Setting, solution: Referenc
         power *= varying_rate(scene, seen, resolved=resolved) ** (order - SECOND_ORDER)
     track = power * second_derivative(t, seen.com_velocity_m_s)
     turned = np.zeros(len(t))
-    if engine.coordinates in (Coordinates.ABSOLUTE, Coordinates.RELATIVE):
+    if engine.coordinates.absolute or engine.coordinates is Coordinates.RELATIVE:
         turned = track / scene.radius0_m * kepler_growth(scene, t)
     else:
         departing = departure_velocity(engine, scene, seen)
         track = track * (scene.size_m / scene.radius0_m) ** 2 + power * second_derivative(t, departing)
     turn, jerk = end_derivatives(engine, scene, seen)
-    if engine.coordinates is Coordinates.JOINT:  # the centre of mass is not a coordinate: it shares the angles' errors
+    if engine.coordinates.by_joints:  # the centre of mass is not a coordinate: it shares the angles' errors
         track = track + power * jerk * scene.size_m
     immediate = {name: power * values for name, values in reading_errors(scene, seen, turn, jerk).items()}
     immediate["com_velocity"] = track  # h² times the second derivative of a velocity: read half a step aside

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import Coordinates
 from adapters.trajectory import Observable
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.parted_track import parted_track_bound
@@ -182,7 +181,7 @@ class Residuals:
         """
         if not self.evidence.perturbed:
             return np.zeros(self.n)
-        if self.engine.coordinates is not Coordinates.ABSOLUTE:
+        if not self.engine.coordinates.absolute:
             return np.minimum(self.roundoff[quantity][: self.n], MAX_MEASURED_SHARE * self.scale[quantity])
         most = self.max_roundoff[quantity][: self.n]
         if self.errors_by_setting(quantity) and not self.shrinks(quantity):

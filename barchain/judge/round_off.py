@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import Coordinates
 from barchain.judge.scales import kepler_growth
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.metrics.quantities import TRACK, differences
 from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
+    from adapters.engine import Coordinates
     from adapters.trajectory import Trajectory
     from barchain.judge.verdict import Verdict
     from barchain.solutions.reference import ReferenceSolution
@@ -80,7 +80,7 @@ def largest(quantity: str, coordinates: Coordinates, solution: ReferenceSolution
         return unit * float(grown.max())
     if quantity not in solution.response:
         return 0.0
-    ratio = scene.radius0_m / min(scene.chain.length_m) if coordinates is Coordinates.ABSOLUTE else 1.0
+    ratio = scene.radius0_m / min(scene.chain.length_m) if coordinates.absolute else 1.0
     turned = 1.0 if seen.angle_rad is None else float(np.abs(seen.angle_rad[rows]).max())
     grown = solution.amplification[rows] * solution.response[quantity][rows]
     return unit * max(ratio, turned, 1.0) * float(grown.max())

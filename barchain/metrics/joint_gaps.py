@@ -117,7 +117,7 @@ def origin_m(scene: Scene, engine: Declarations, trajectory: Trajectory) -> Arra
     The engine may have computed gaps from ends of bars at this distance. For a frame on an orbit of its own it
     is a bound of the chain's departure by effects.
     """
-    if engine.coordinates is Coordinates.ABSOLUTE:
+    if engine.coordinates.absolute:
         distance: Array = np.linalg.norm(trajectory.com_m, axis=1)
         return distance
     relative = engine.coordinates is Coordinates.RELATIVE

@@ -76,7 +76,8 @@ def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
     chosen: dict[str, Registration] = {}
     for name in [None] if names is None else names:
         if name is None or name == ALL:
-            chosen |= {n: r for n, r in engines().items() if r.by_default or (name and r.entry and not r.rejected)}
+            here = programs_here() if name else []
+            chosen |= {n: r for n, r in engines().items() if r.by_default or n in here}
         else:
             chosen |= [named_engine(name)]
     return chosen
@@ -84,7 +85,7 @@ def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
 
 def programs_here() -> list[str]:
     """Names of the programs of the working folder's file, which run where they are named."""
-    return [name for name, r in engines().items() if r.entry and not (r.in_default_set or r.rejected)]
+    return [name for name, r in engines().items() if r.entry and not (r.in_default_set or r.optional or r.rejected)]
 
 
 def named_engine(given: str) -> tuple[str, Registration]:

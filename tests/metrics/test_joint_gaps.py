@@ -11,7 +11,7 @@ import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.common.reference_model import chain_model
-from adapters.engine import AccuracyParameter, Coordinates, Engine, Setting
+from adapters.engine import AccuracyParameter, Engine, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
 from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
@@ -77,7 +77,7 @@ def test_gaps_computed_from_places_are_those_reported_to_rounding(engine: type[E
 def test_places_count_from_the_centre_of_mass(engine: type[Engine]) -> None:
     """To the rounding of that centre: it is a weighted mean of the engine's own coordinates."""
     scene, seen = scene_of(), run(engine)
-    coordinate = scene.radius0_m if engine.coordinates is Coordinates.ABSOLUTE else scene.size_m
+    coordinate = scene.radius0_m if engine.coordinates.absolute else scene.size_m
     residual = centre_of_mass_residual(scene, seen)
     assert residual is not None
     assert residual.max() <= 2.0 * UNIT * scene.bars * coordinate

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.reference_model import chain_model
-from adapters.engine import Coordinates, EngineError
+from adapters.engine import EngineError
 from barchain.judge.checks.more_judged import after_restarts
 from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments
 from barchain.judge.parted_track import face_acceleration_m_s2
@@ -148,9 +148,7 @@ def segment_findings(run: Residuals, segments: list[RestartSegment]) -> list[Che
         if used <= 1.0:
             found.append(CheckFinding(quantity, "restart_ratio", used, 1.0, Outcome.PASS))
             continue
-        limited = run.engine.coordinates is Coordinates.ABSOLUTE and all(
-            within_roundoff(run.errors, s, quantity) for s in segments
-        )
+        limited = run.engine.coordinates.absolute and all(within_roundoff(run.errors, s, quantity) for s in segments)
         when, start = (run.main.t_s[k] for k in (segment.first + at, segment.first))
         reason = (
             f"{used:.3g} times the expected-error bound at t = {when:.6g} s, compared with the reference "
@@ -176,7 +174,7 @@ def uncovered_findings(run: Residuals, segments: list[RestartSegment], first: in
         return []
     quantity, used, reason = wrong
     outcome = Outcome.EXCEEDS_BOUND
-    if run.engine.coordinates is Coordinates.ABSOLUTE:
+    if run.engine.coordinates.absolute:
         most = run.errors.max_roundoff(np.ones(run.errors.n))  # nothing is amplified in a single state
         extra = {quantity: most[quantity] for quantity in STATE_QUANTITIES}
         limited = fault_between_segments(*compared, extra=extra) is None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.equal_steps import steps_between_samples
-from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
 from barchain.runs.asking import declarations_of
@@ -159,7 +159,7 @@ def instant(runs: list[Trajectory], k: int) -> ChainObservables:
 
 def frame_of(engine: Declarations) -> str:
     """Inertial, or moving with the chain in any way."""
-    return INERTIAL if engine.coordinates is Coordinates.ABSOLUTE else MOVING
+    return INERTIAL if engine.coordinates.absolute else MOVING
 
 
 def setting_of(engine: Declarations, scene: Scene, value: float) -> Setting:

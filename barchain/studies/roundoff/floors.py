@@ -20,7 +20,6 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import erf, erfc
 
-from adapters.engine import Coordinates
 from barchain.judge.evidence import turned, turned_back
 from barchain.judge.round_off import ROUNDINGS
 from barchain.judge.scales import MAX_NOISE_SHARE, kepler_growth, scales
@@ -42,6 +41,7 @@ from scenarios.channels import WORDS
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
+    from adapters.engine import Coordinates
     from adapters.registry import Registration
     from adapters.trajectory import Array, Trajectory
     from barchain.runs.job import RunResult
@@ -159,7 +159,7 @@ def told(
     In absolute coordinates differences of positions lose digits, so that the track tells, which is none; else the
     angles do. The median tells: a step that is chosen otherwise makes a large spread now and then.
     """
-    quantity = "com" if coordinates is Coordinates.ABSOLUTE or "attitude" not in floors else "attitude"
+    quantity = "com" if coordinates.absolute or "attitude" not in floors else "attitude"
     row, angle = floors[quantity], solution.trajectory.angle_rad
     share = row["median"] / row["scale"]
     turns = 1.0 if quantity == "com" or angle is None else max(1.0, float(np.abs(angle).max()))
