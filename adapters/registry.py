@@ -17,6 +17,7 @@ from scenarios.text import shorten
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
+    from adapters.command.entries import Entry
     from adapters.engine import Declarations, Engine
 
 ENTRY_POINT_GROUP = "barchain.engines"  # for third parties; barchain's own engines are in the dict below
@@ -242,7 +243,7 @@ def commands(taken: Collection[str]) -> dict[str, Registration]:
 
     A file that only lies in the working folder starts no program by that: its engines are in no default set.
     """
-    from adapters.command.entries import OURS, found_entries, lies_here, packed
+    from adapters.command.entries import found_entries
 
     made = {}
     for path, entry in found_entries():
@@ -250,12 +251,26 @@ def commands(taken: Collection[str]) -> dict[str, Registration]:
         used = entry.name in taken or entry.name.lower() in RESERVED
         name = f"{entry.name} ({folder.name})" if used else entry.name
         reason = f"the name {entry.name} of an engine in {folder} is taken; give it another" if used else ""
-        ours = path in OURS
-        made[name] = Registration(
-            COMMAND_TARGET, in_default_set=not (ours or lies_here(path)), optional=ours, rejected=reason,
-            entry=packed(folder, entry),
-        )  # fmt: skip
+        made[name] = program_of(path, entry, reason)
     return made
+
+
+def program_of(path: Path, entry: Entry, rejected: str = "") -> Registration:
+    """Registration of an entry of a file; barchain's own programs run where they are named."""
+    from adapters.command.entries import OURS, lies_here, packed, remedy
+
+    ours = path in OURS
+    return Registration(
+        COMMAND_TARGET, install=remedy(entry), in_default_set=not (ours or lies_here(path)), optional=ours,
+        rejected=rejected, entry=packed(path.resolve().parent, entry),
+    )  # fmt: skip
+
+
+def built_in() -> dict[str, Registration]:
+    """Engines of barchain's: :data:`ENGINES`, and those that have an environment of their own."""
+    from adapters.command.entries import OURS, read_entries
+
+    return ENGINES | {entry.name: program_of(path, entry) for path in OURS for entry in read_entries(path)}
 
 
 def third_party(found: Iterable[EntryPoint]) -> dict[str, Registration]:

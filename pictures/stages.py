@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from adapters.registry import ENGINES
+from adapters.registry import ENGINES, built_in
 from pictures.paths import GENERATED, ROOT
 from pictures.record.certified import certified_rows
 from pictures.record.comparison import comparison_rows, version_rows
@@ -62,7 +62,7 @@ def record_certified(options: Options) -> None:
 def run_comparison(options: Options) -> None:
     """Compare all installed engines in all scenes that have a certified solution that judges."""
     scenes = [s.name for s in gallery_scenes() if s.name.startswith(COMPARED)]
-    installed = [name for name, r in ENGINES.items() if not r.missing]
+    installed = [name for name, r in built_in().items() if not r.missing]
     run_barchain(options.work, "compare", *scenes, *engine_options(installed), "--out", "comparison")
     rows, record = comparison_rows(options.work / "comparison")
     write_table("comparison", rows)

@@ -6,6 +6,8 @@ method of order 4 makes equal steps. Frame: inertial, from the centre of the cen
 
     python chain.py REQUEST.json SAMPLES.csv RESULT.json
 
+Steps are those of the request (`step_s`). A request of an error in one step gets steps in which the method makes it,
+and 2000 an orbit at least: roundings, of one step each, partly cancel in more steps.
 It needs the package bsk (2.12 or later), and no part of barchain.
 """
 
@@ -16,8 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from Basilisk.simulation import NBodyGravity, mujoco, pointMassGravityModel, svIntegrators
-from Basilisk.utilities import SimulationBaseClass
 
 NANO = 1e9
 """Basilisk counts time in whole nanoseconds"""
@@ -25,6 +25,10 @@ WALK = 0.1
 """Measured size of the random walk below, over that of roundings of one sign: 0.04 to 0.1"""
 MOST_TURNED_RAD = 2e-6
 """Largest turn by rounding of a scene that is run"""
+LEAST_AN_ORBIT = 2000
+"""Steps in `step_period_s`, where the request has no step"""
+ERROR_CONSTANT = 1 / 120
+"""Of a step of order 4: its error is about that of the first term left out, in radians of the fastest rate"""
 
 
 class Chain:
@@ -65,6 +69,24 @@ class Chain:
         return found[0], found[1]
 
 
+def steps_of_sample(request: dict[str, Any]) -> int:
+    """Steps from one sample to the next."""
+    setting, t = request["setting"], request["sample_times_s"]
+    between = float(t[1] - t[0])
+    if setting["step_s"] is not None:
+        return round(between / float(setting["step_s"]))
+    step = (setting["value"] / ERROR_CONSTANT) ** (1 / 5) / setting["rate_rad_s"]
+    return int(np.ceil(between / min(step, setting["step_period_s"] / LEAST_AN_ORBIT)))
+
+
+def why_left_out(request: dict[str, Any]) -> str:
+    """Reason why a request of these effects is not run; empty where it is."""
+    turned_rad = turned_by_rounding(request, Chain(request))
+    if turned_rad <= MOST_TURNED_RAD:
+        return ""
+    return f"rounding of places from the centre of the central body turns a bar by about {turned_rad:.1g} rad here"
+
+
 def turned_by_rounding(request: dict[str, Any], chain: Chain) -> float:
     """Turn of a bar by roundings of its place, rad.
 
@@ -76,7 +98,7 @@ def turned_by_rounding(request: dict[str, Any], chain: Chain) -> float:
         return 0.0
     pull = scene["central_body"]["mu_m3_s2"] / place**2
     turning = float(np.max(chain.mass / chain.inertia)) * pull * 0.5 * np.finfo(float).eps * place
-    steps = scene["run"]["duration_s"] / request["setting"]["step_s"]
+    steps = steps_of_sample(request) * (len(request["sample_times_s"]) - 1)
     return float(WALK * turning * scene["run"]["duration_s"] ** 2 / np.sqrt(3.0 * steps))
 
 
@@ -84,10 +106,14 @@ def simulate(request: dict[str, Any]) -> tuple[Chain, np.ndarray, np.ndarray, fl
     """Chain, positions and velocities of MuJoCo's joints at all samples, time of the integration, and steps.
 
     In the place of the first bar's quaternion's first number stands its angle, with all turns.
-    A unit of time that differs from the second by some 1e-12 makes the step a whole number of nanoseconds.
+    A unit of time that differs from the second by half a nanosecond in a step, or less, makes the step a whole number.
     """
+    from Basilisk.simulation import NBodyGravity, mujoco, pointMassGravityModel, svIntegrators
+    from Basilisk.utilities import SimulationBaseClass
+
     chain, scene, t = Chain(request), request["scene"], np.array(request["sample_times_s"])
-    step, every = request["setting"]["step_s"], round((t[1] - t[0]) / request["setting"]["step_s"])
+    every = steps_of_sample(request)
+    step = (t[1] - t[0]) / every
     nanos = round(step * NANO)
     unit = step * NANO / nanos
     """Second, as the simulation counts it, s"""
@@ -135,9 +161,7 @@ def main() -> None:
     """Run the request."""
     request_file, samples_file, result_file = sys.argv[1:]
     request = json.loads(Path(request_file).read_text(encoding="utf-8"))
-    turned_rad = turned_by_rounding(request, Chain(request))
-    if turned_rad > MOST_TURNED_RAD:
-        said = f"rounding of places from the centre of the central body turns a bar by about {turned_rad:.1g} rad here"
+    if said := why_left_out(request):
         left_out = {"version": 1, "outcome": "unsupported", "reason": said}
         Path(result_file).write_text(json.dumps(left_out), encoding="utf-8")
         return

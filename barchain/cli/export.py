@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 @click.command(short_help="Write scenes as problems to solve elsewhere.")
 @required_scenes
 @out_option(None, required=True, help_text="Write a folder for each scene into this folder.")
-@click.option("--mjcf", is_flag=True, help="Write MuJoCo's model of the chain too, where MuJoCo carries the scene.")
+@click.option("--mjcf", is_flag=True, help="Write MuJoCo's model of the chain too, and a program for Basilisk, where "
+              "these carry the scene.")  # fmt: skip
 @time_limit_option(TIME_LIMIT_S)
 @overwrite_option
 def export(scenes: tuple[str, ...], out: Path, mjcf: bool, time_limit_s: float, overwrite: bool) -> None:

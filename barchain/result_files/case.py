@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 from importlib.metadata import distribution
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from adapters.basilisk import chain as basilisk_chain
 from adapters.engine import AccuracyParameter, Setting
 from adapters.mujoco.mjcf_of_case import model_xml
-from adapters.registry import ENGINES
+from adapters.registry import ENGINES, built_in
 from adapters.request import run_request
 from adapters.trajectory import to_frame
 from barchain.judge.error_model import ErrorModel
@@ -25,8 +27,6 @@ from scenarios.effect_equations import MOTION, NOTATION, laws_of
 from scenarios.toml.writing import scene_toml
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas as pd
 
     from barchain.solutions.reference import ReferenceSolution
@@ -37,8 +37,8 @@ ACCURACIES = (1e-6, 1e-8, 1e-10, 1e-12)
 REQUESTED = Setting(AccuracyParameter.RTOL, 1e-10)
 """Setting in a case's request"""
 FILES = ("README.md", "scene.json", "samples.csv", "settings.json", "picture.svg", "LICENSE")
-MODEL, OWN_SCENE = "chain.xml", "scene.toml"
-"""Further files: of MuJoCo, and of a scene that does not come with barchain"""
+MODEL, PROGRAM, OWN_SCENE = "chain.xml", "basilisk_chain.py", "scene.toml"
+"""Further files: of MuJoCo, of Basilisk, and of a scene that does not come with barchain"""
 SAID = {"shipped": "a certified solution: quadruple precision, by equations derived apart from barchain's own"}
 
 
@@ -53,7 +53,8 @@ def write_case(solution: ReferenceSolution, folder: Path, picture: str, *, mjcf:
     picture : str
         Drawing of the scene in SVG, of fixed colours.
     mjcf : bool
-        Whether MuJoCo's model of the chain is written too, where MuJoCo carries the scene.
+        Whether MuJoCo's model of the chain is written too, where MuJoCo carries the scene, and Basilisk's program,
+        where Basilisk does.
     overwrite : bool
         Whether files of a case that are there are replaced.
 
@@ -70,18 +71,19 @@ def write_case(solution: ReferenceSolution, folder: Path, picture: str, *, mjcf:
         If one can't be written.
     """
     scene = solution.scene
-    claim([folder / name for name in (*FILES, MODEL, OWN_SCENE)], f"{folder} holds a case", overwrite=overwrite)
+    named = (*FILES, MODEL, PROGRAM, OWN_SCENE)
+    claim([folder / name for name in named], f"{folder} holds a case", overwrite=overwrite)
     request, facts = run_request(scene, REQUESTED), settings(solution)
-    model = mujoco_model(scene) if mjcf else ""
+    model, program = (mujoco_model(scene), basilisk_program(scene, request)) if mjcf else ("", "")
     drawn = picture.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
     texts = {
-        "README.md": problem(scene, request, facts, solution, model=bool(model)),
+        "README.md": problem(scene, request, facts, solution, model=bool(model), program=bool(program)),
         "scene.json": json.dumps(request, indent=1),
         "samples.csv": samples(solution).to_csv(index=False),
         "settings.json": json.dumps(facts, indent=1),
         "picture.svg": drawn,
         "LICENSE": distribution("barchain").read_text("licenses/LICENSE") or "",
-    } | ({MODEL: model} if model else {})
+    } | {name: text for name, text in ((MODEL, model), (PROGRAM, program)) if text}
     if scene.name not in scene_names():
         texts[OWN_SCENE] = scene_toml(scene)
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -126,8 +128,9 @@ def settings(solution: ReferenceSolution) -> dict[str, Any]:
 
 
 def problem(
-    scene: Scene, request: dict[str, Any], facts: dict[str, Any], solution: ReferenceSolution, *, model: bool
-) -> str:
+    scene: Scene, request: dict[str, Any], facts: dict[str, Any], solution: ReferenceSolution, *, model: bool,
+    program: bool,
+) -> str:  # fmt: skip
     """Problem of a scene in words and equations."""
     chain = scene.chain
     effects = {name: json.dumps(table) for name, table in request["scene"]["effects"].items() if name != "gravity"}
@@ -149,9 +152,17 @@ def problem(
         end=solution.trajectory.ended,
         every_s=scene.run.duration_s / (scene.run.samples - 1),
         model=model,
+        program=program,
     )
 
 
 def mujoco_model(scene: Scene) -> str:
     """Chain as MuJoCo's XML; empty where MuJoCo does not carry the scene."""
     return "" if ENGINES["mujoco"].declarations().unsupported(scene) else model_xml(scene)
+
+
+def basilisk_program(scene: Scene, request: dict[str, Any]) -> str:
+    """Program that carries the chain in Basilisk; empty where Basilisk does not carry the scene."""
+    if built_in()["basilisk"].declarations().unsupported(scene) or basilisk_chain.why_left_out(request):
+        return ""
+    return Path(basilisk_chain.__file__).read_text(encoding="utf-8")

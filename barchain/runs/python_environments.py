@@ -43,7 +43,7 @@ def own_environment(requirements: Sequence[str]) -> Path:
         raise EnvironmentFailedError("environments are made by uv, which is not installed; try: pip install uv")
 
     def fill(new: Path) -> None:
-        if failed := install(new, requirements):
+        if failed := install(new, requirements, "--compile-bytecode"):  # Python starts anew for each run
             raise EnvironmentFailedError(failed)
         (new / READY).write_text("".join(f"{line}\n" for line in sorted(requirements)), "utf-8")
 

@@ -6,7 +6,7 @@ import re
 from functools import partial
 from typing import TYPE_CHECKING
 
-from adapters.registry import ENGINES
+from adapters.registry import built_in
 from pictures.pages.words import table
 from scenarios.toml.key_tables import HEAD, key_tables
 
@@ -47,10 +47,12 @@ def effect_keys(effect: str) -> str:
 
 def effects_of_engines() -> str:
     """Effects that each engine declares; engines that declare the same share a row."""
-    every = frozenset().union(*(r.load().effects for r in ENGINES.values()))
+    engines = built_in()
+    declared = {name: frozenset(r.declarations().effects) for name, r in engines.items()}
+    every = frozenset().union(*declared.values())
     rows: dict[tuple[bool, tuple[str, ...]], list[str]] = {}
-    for name, registration in ENGINES.items():
-        rows.setdefault((registration.ours, tuple(cells(registration.load().effects, every))), []).append(name)
+    for name, registration in engines.items():
+        rows.setdefault((registration.ours, tuple(cells(declared[name], every))), []).append(name)
     return table(("engine", *EFFECTS), ([", ".join(names), *found] for (_, found), names in rows.items()))
 
 

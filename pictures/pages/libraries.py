@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from adapters.registry import ENGINES
+from adapters.command.entries import unpacked
+from adapters.registry import built_in
 
 if TYPE_CHECKING:
     from adapters.registry import Registration
@@ -20,17 +21,19 @@ class EngineLibrary:
     package: str
     """Adapter package whose docstring describes the engines"""
     distributions: tuple[str, ...]
-    """Distributions that the registrations require; empty for barchain itself"""
+    """Distributions that the registrations require; empty for barchain itself, and for a program"""
     home: str
     licence: str
 
     @property
     def engines(self) -> dict[str, Registration]:
         """Registered engines of the library, by name."""
-        return {name: r for name, r in ENGINES.items() if self.has(r)}
+        return {name: r for name, r in built_in().items() if self.has(r)}
 
     def has(self, registration: Registration) -> bool:
         """Whether a registration is one of this library's."""
+        if registration.entry:
+            return unpacked(registration.entry)[0].name == self.package.rpartition(".")[2]
         inside = registration.target.startswith(f"{self.package}.")
         return inside and (not self.distributions or registration.requires in self.distributions)
 
@@ -50,6 +53,7 @@ LIBRARIES = (
     EngineLibrary("drake", "Drake", "adapters.drake", ("drake",), "https://drake.mit.edu",
                   "BSD-3-Clause; its wheel requires Mosek's, which is proprietary"),
     EngineLibrary("dart", "DART", "adapters.dart", ("dartpy",), "https://dartsim.github.io", "BSD-2-Clause"),
+    EngineLibrary("basilisk", "Basilisk", "adapters.basilisk", (), "https://avslab.github.io/basilisk", "ISC"),
     EngineLibrary("scipy", "SciPy's solvers", "adapters.ode_solvers", ("scipy",), "https://scipy.org", "BSD-3-Clause"),
     EngineLibrary("cvode", "CVODE (SUNDIALS)", "adapters.ode_solvers", ("scikit-sundae",),
                   "https://github.com/NREL/scikit-sundae", "BSD-3-Clause"),

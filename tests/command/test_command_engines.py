@@ -77,6 +77,16 @@ def test_a_run_has_the_samples_that_the_program_wrote(program):
     assert found.seconds["process"] > 0.25, "Python alone takes longer to start"
 
 
+def test_a_program_without_reactions_carries_a_single_bar(program):
+    """A single bar has no joints: its table holds all reactions that there are, which are none."""
+    single = 'observables = ["com", "attitude", "rate"]\nrtol ='
+    registration = program(RIGHT, ENTRY.replace("rtol =", single))
+    scene = barchain.change_scene(barchain.load_scene("conform/one_bar_point"), {"run": {"samples": 5}})
+    found = one_run(Job(scene, "mine", registration, Setting("rtol", 1e-10), Role.MAIN), 60.0)
+    assert found.outcome is Outcome.PASS, found.reason
+    assert found.trajectory.reaction_N is None
+
+
 @pytest.mark.parametrize(
     ("text", "outcome", "words"),
     one_in(6, rows([

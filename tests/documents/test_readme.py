@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 from ruamel.yaml import YAML
 
-from adapters.registry import ENGINES
+from adapters.registry import built_in
 from pictures.pages.libraries import library_of
 from tests.documents.mentions import ROOT
 
@@ -46,13 +46,13 @@ def extras(install: str) -> set[str]:
 
 
 def test_every_engine_stands_in_the_table_once() -> None:
-    assert sorted(name for row in rows() for name in row.engines) == sorted(ENGINES)
+    assert sorted(name for row in rows() for name in row.engines) == sorted(built_in())
 
 
 @pytest.mark.parametrize("row", rows(), ids=lambda row: row.engines[0])
 def test_a_row_tells_the_physics_the_extra_and_the_licence(row: Row) -> None:
     for name in row.engines:
-        engine = ENGINES[name]
+        engine = built_in()[name]
         assert row.physics == ("independent" if engine.external else "barchain's equations")
         assert told_extras(row) == extras(engine.install)
         assert library_of(name).licence.startswith(row.licence)

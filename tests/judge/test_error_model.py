@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adapters.engine import AccuracyParameter, Setting
+from adapters.engine import AccuracyParameter, Coordinates, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.judge import compare, error_model, residuals
 from barchain.judge.compare import judge
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
+from barchain.judge.local_errors import requested_errors, truncation_errors
 from barchain.runs.job import RunResult
 from reports.results.outcome import Outcome
 from scenarios import load_scene
@@ -78,3 +79,27 @@ def test_a_model_goes_to_another_process_and_keeps_its_numbers(solution: Referen
     floor = errors.floor["attitude"]
     there = pickle.loads(pickle.dumps(errors))
     assert (there.floor["attitude"] == floor).all()
+
+
+def test_joint_coordinates_in_absolute_places_have_the_errors_of_angles_and_the_roundings_of_the_radius(
+    solution: ReferenceSolution,
+) -> None:
+    """The centre of mass follows from the angles, and shares their errors; a place rounds as its distance does."""
+    scene, made = solution.scene, Reference.declarations()
+    equal = Setting(AccuracyParameter.STEPS_PER_ORBIT, 2000.0)
+
+    def model(coordinates: Coordinates) -> ErrorModel:
+        return ErrorModel(
+            dataclasses.replace(made, coordinates=coordinates), SETTING, solution, run(scene, SETTING.value)
+        )
+
+    both, joints, places = map(model, (Coordinates.ABSOLUTE_JOINT, Coordinates.JOINT, Coordinates.ABSOLUTE))
+    assert both.place_m == places.place_m == scene.radius0_m
+    assert both.rounding_rad == places.rounding_rad > 1e3 * joints.rounding_rad
+    asked = [requested_errors(each.engine, SETTING, solution, 0.0).com_rate for each in (both, joints, places)]
+    assert (asked[0] == asked[1]).all()
+    assert (asked[0] > asked[2]).all()
+    stepped = dataclasses.replace(both.engine, order=4.0), dataclasses.replace(places.engine, order=4.0)
+    shared, alone = (truncation_errors(each, equal, solution) for each in stepped)
+    assert (shared.attitude_rate == alone.attitude_rate).all()
+    assert (shared.com_rate > alone.com_rate).all()

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from adapters.registry import COMPILED, ENGINES, find_engine
+from adapters.registry import COMPILED, built_in, find_engine
 from pictures import write
 from pictures.__main__ import main
 from pictures.pages.docstrings import paragraphs
@@ -81,7 +81,7 @@ def test_files_of_scenes_that_are_gone_are_removed(tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", built_in())
 def test_every_engine_has_a_page_that_names_it(engine: str) -> None:
     page = rendered()[page_file(library_of(engine))]
     assert f"`{engine}`" in page
@@ -89,7 +89,7 @@ def test_every_engine_has_a_page_that_names_it(engine: str) -> None:
 
 def test_no_two_libraries_share_an_engine() -> None:
     named = [name for library in LIBRARIES for name in library.engines]
-    assert sorted(named) == sorted(ENGINES)
+    assert sorted(named) == sorted(built_in())
 
 
 def test_an_engine_without_a_library_is_told_where_to_go() -> None:
@@ -118,7 +118,7 @@ def test_the_record_of_certified_solutions_is_that_of_the_files_that_come_with_b
 def test_a_table_of_the_record_names_known_engines_and_scenes_once(name: str) -> None:
     table = read_table(name)
     if "engine" in table:
-        assert set(table.engine) <= set(ENGINES)
+        assert set(table.engine) <= set(built_in())
     if "scene" in table:
         assert {load_scene(scene).name for scene in table.scene.unique()} == set(table.scene)
     if name in ("comparison", "stability"):

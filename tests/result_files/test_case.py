@@ -11,7 +11,9 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from adapters.command.entries import python_path, unpacked
 from adapters.mujoco.chain import model_of
+from adapters.registry import built_in
 from barchain.cli.main import cli
 from barchain.judge.written import Declared
 from barchain.result_files.judging import judge_files
@@ -21,6 +23,7 @@ from tests.support.slow import slow_but
 
 STRANGER = Path(__file__).with_name("stranger.py")
 SCENES = ("basics/two_bars_free", "paper/fig05")
+BASILISK = built_in()["basilisk"]
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +79,28 @@ def test_the_model_for_mujoco_is_the_chain_at_its_start(cases):
         assert (getattr(model, part) == getattr(adapted, part)).all(), part
     assert model.body_mass[1:] @ data.xipos[1:, :2] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert (model.opt.gravity == 0.0).all()
+
+
+def test_the_program_for_basilisk_is_there_where_basilisk_carries_the_scene(cases):
+    folder = cases / SCENES[0]
+    assert (folder / "basilisk_chain.py").read_text() == (unpacked(BASILISK.entry)[0] / "chain.py").read_text()
+    assert "basilisk_chain.py" in (folder / "README.md").read_text()
+    assert not (cases / SCENES[1] / "basilisk_chain.py").exists()
+    assert "basilisk_chain.py" not in (cases / SCENES[1] / "README.md").read_text()
+
+
+@pytest.mark.exhaustive
+@pytest.mark.skipif(bool(BASILISK.missing), reason=BASILISK.missing or "it is there")
+@pytest.mark.parametrize("scene", [SCENES[0], "basics/point_chain"])
+def test_the_program_for_basilisk_passes_from_the_folder_alone(tmp_path, scene):
+    found = CliRunner().invoke(cli, ["export", scene, "--out", str(tmp_path), "--mjcf"])
+    assert found.exit_code == 0, found.output
+    folder, python = tmp_path / scene, python_path(*unpacked(BASILISK.entry))
+    words = ["basilisk_chain.py", "scene.json", "run.csv", "result.json"]
+    subprocess.run([python, *words], check=True, cwd=folder, env={})
+    judged = judge_files(scene, folder / "run.csv", declared=Declared(rtol=1e-10, absolute=True), time_limit_s=60.0)
+    assert judged.passed, judged.reasons
+    assert {quantity for quantity, *_ in judged.sizes} == {"com", "com_velocity", "attitude", "rate"}
 
 
 def test_a_case_is_not_overwritten_unasked(cases):
