@@ -1,13 +1,14 @@
 """A chain of rigid bars in Basilisk's multibody scenes: reads a request of barchain, writes samples and a result.
 
 The chain is a tree of MuJoCo bodies in Basilisk's MJScene: bar 1 is free, every other bar hangs by a hinge. Basilisk's
-NBodyGravity pulls each bar at its centre of mass, with the Earth as central source, and Basilisk's own Runge-Kutta
+NBodyGravity, with the central body as its source, pulls each bar at its centre of mass, and Basilisk's own Runge-Kutta
 method of order 4 makes equal steps. Frame: inertial, from the centre of the central body; angles from its first axis.
 
-    python chain.py REQUEST.json SAMPLES.csv RESULT.json
+    python chain.py REQUEST.json SAMPLES.csv RESULT.json [TIMES]
 
 Steps are those of the request (`step_s`). A request of an error in one step gets steps in which the method makes it,
-and 2000 an orbit at least: roundings, of one step each, partly cancel in more steps.
+and 2000 an orbit at least: roundings, of one step each, partly cancel in more steps. TIMES, a whole number, multiplies
+the number of steps, for a second run that shows the error of the first.
 It needs the package bsk (2.12 or later), and no part of barchain.
 """
 
@@ -159,8 +160,11 @@ def simulate(request: dict[str, Any]) -> tuple[Chain, np.ndarray, np.ndarray, fl
 
 def main() -> None:
     """Run the request."""
-    request_file, samples_file, result_file = sys.argv[1:]
+    request_file, samples_file, result_file, *times = sys.argv[1:]
     request = json.loads(Path(request_file).read_text(encoding="utf-8"))
+    if times:
+        between = request["sample_times_s"][1] - request["sample_times_s"][0]
+        request["setting"]["step_s"] = between / (steps_of_sample(request) * int(times[0]))
     if said := why_left_out(request):
         left_out = {"version": 1, "outcome": "unsupported", "reason": said}
         Path(result_file).write_text(json.dumps(left_out), encoding="utf-8")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from adapters.basilisk import chain as basilisk_chain
+from adapters.command.entries import unpacked
 from adapters.engine import AccuracyParameter, Setting
 from adapters.mujoco.mjcf_of_case import model_xml
 from adapters.registry import ENGINES, built_in
@@ -39,6 +40,8 @@ REQUESTED = Setting(AccuracyParameter.RTOL, 1e-10)
 FILES = ("README.md", "scene.json", "samples.csv", "settings.json", "picture.svg", "LICENSE")
 MODEL, PROGRAM, OWN_SCENE = "chain.xml", "basilisk_chain.py", "scene.toml"
 """Further files: of MuJoCo, of Basilisk, and of a scene that does not come with barchain"""
+BASILISK = "basilisk"
+"""Engine whose program is written"""
 SAID = {"shipped": "a certified solution: quadruple precision, by equations derived apart from barchain's own"}
 
 
@@ -152,7 +155,7 @@ def problem(
         end=solution.trajectory.ended,
         every_s=scene.run.duration_s / (scene.run.samples - 1),
         model=model,
-        program=program,
+        noise=unpacked(built_in()[BASILISK].entry)[1].noise if program else {},
     )
 
 
@@ -163,6 +166,6 @@ def mujoco_model(scene: Scene) -> str:
 
 def basilisk_program(scene: Scene, request: dict[str, Any]) -> str:
     """Program that carries the chain in Basilisk; empty where Basilisk does not carry the scene."""
-    if built_in()["basilisk"].declarations().unsupported(scene) or basilisk_chain.why_left_out(request):
+    if built_in()[BASILISK].declarations().unsupported(scene) or basilisk_chain.why_left_out(request):
         return ""
     return Path(basilisk_chain.__file__).read_text(encoding="utf-8")
