@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adapters.registry import Registration
+from barchain.result_files.case import PROGRAM
 from pictures.paths import DOCS, GENERATED
 from scenarios import scene_names
 from tests.documents.commands import fault, options
@@ -50,8 +51,8 @@ def is_generated(document: Path, target: Path) -> bool:
 
 
 def is_built(path: str) -> bool:
-    """Whether a path is that of pages that each build of the site makes anew."""
-    return GENERATED in (ROOT / path, *(ROOT / path).parents)
+    """Whether a path is that of pages that each build of the site makes anew, or of a program in exported cases."""
+    return path == PROGRAM or GENERATED in (ROOT / path, *(ROOT / path).parents)
 
 
 @every_document
