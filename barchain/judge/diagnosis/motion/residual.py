@@ -46,6 +46,12 @@ APART_SHARE = 0.1
 """Share of the relative residual of the centre of mass from which on its positions and velocities are apart"""
 ANGLES_APART_SHARE = 0.5
 """The same of the bars' angles and rates: methods of low order have them apart by some of their error"""
+FEWEST = 8
+"""Intervals that show whether a departure has a pattern"""
+COUNTED = 0.1
+"""Share of the largest departure of a component from which on the others tell a pattern, too"""
+MOST_SPIKE = 30.0
+"""Largest departure in an interval over the median one that noise leaves"""
 SAME_RATIO = 0.01
 """Least ratio over noise of the bars' residual, relative to that of the reactions, that a wrong clock leaves in both"""
 LEAST_APART = 1e-6
@@ -100,6 +106,24 @@ class Residual:
         departed = np.maximum(np.abs(np.diff(place, axis=0)[self.known] - step) - error, 0.0)
         return float(np.linalg.norm(departed)) / max(float(np.linalg.norm(step)), LEAST_NOISE)
 
+    def scatter(self, place: Array, speed: Array) -> float:
+        """Noise of places about the integrals of speeds, root mean square; 0 where they part with a pattern.
+
+        The departure of noise has another sign in the next interval, that of a method or a clock the same.
+        """
+        rule = self.balance.rule
+        step, error = (of(speed[rule.rows])[self.known] for of in (rule.integral, rule.error))
+        apart = np.diff(place, axis=0)[self.known] - step
+        apart = apart[np.all(error <= np.median(np.abs(apart), axis=0), axis=1)]  # at events no integral tells
+        if len(apart) < FEWEST:
+            return 0.0
+        whole = np.linalg.norm(apart, axis=0)
+        apart = apart[:, whole >= COUNTED * whole.max(initial=0.0)]
+        size, jumps = (np.median(np.abs(each), axis=0) for each in (apart, np.diff(apart, axis=0)))
+        if np.any(jumps < size) or np.any(np.abs(apart).max(axis=0) > MOST_SPIKE * size):
+            return 0.0
+        return float(np.sqrt(0.5 * np.mean(apart**2)))  # of two places, at both ends of an interval
+
     @cached_property
     def clock_wrong(self) -> bool:
         """Whether places and velocities, or angles and rates, are apart by as much as the residual: no force does that.
@@ -124,17 +148,23 @@ class Residual:
     @property
     def apart_words(self) -> str:
         """Sentence on places and angles that are no integrals of velocities and rates; empty where they are."""
-        found = [
-            f"{places} differ from the integrals of the {speeds} by {apart:.2g} of these"
-            for places, speeds, apart in (
-                ("positions", "velocities", self.track_apart),
-                ("angles", "rates", self.angles_apart),
-            )
-            if apart > LEAST_APART
-        ]
+        s = self.motion.states
+        found, scattered = [], True
+        for places, speeds, apart, unit, place, speed in (
+            ("positions", "velocities", self.track_apart, "m", real(s.com[:, None]), real(s.velocity[:, None])),
+            ("angles", "rates", self.angles_apart, "rad", s.angle, s.rate),
+        ):
+            if apart > LEAST_APART:
+                noise = self.scatter(place, speed)
+                by = f"scatter by {noise:.2g} {unit} about" if noise else "differ from"
+                of = "" if noise else f" by {apart:.2g} of these"
+                found.append(f"{places} {by} the integrals of the {speeds}{of}")
+                scattered = scattered and noise > 0.0
+        if not found or not (self.clock_wrong or (not self.wrong and bool(self.known.all()))):
+            return ""
         also = ", or a load acts at other instants" if self.scene.effects.breaks_s else ""
-        said = f" Between samples {' and '.join(found)}: the integration or its clock is wrong{also}." if found else ""
-        return said if self.clock_wrong or (not self.wrong and bool(self.known.all())) else ""
+        why = "the output has noise" if scattered else f"the integration or its clock is wrong{also}"
+        return f" Between samples {' and '.join(found)}: {why}."
 
     @cached_property
     def noise(self) -> Array:
