@@ -79,6 +79,8 @@ class Diagnosis:
     """Mistakes that each explain some quantities alone, where nothing explains all"""
     nearest: str = ""
     """Where the residual of the motion sits and what comes nearest, in sentences; empty without a residual"""
+    incomplete: bool = False
+    """Whether not all other mistakes were tried, as runs of the scene take long"""
     own: OwnMotion | None = field(default=None, repr=False, compare=False)
     """The engine's own motion, for a comparison with other scenes"""
 
@@ -97,7 +99,9 @@ class Diagnosis:
         if self.inside_tolerances:
             return "The result is inside the tolerances."
         if self.explanations:
-            return f"{addressed(explained_words(self.explanations, self.next_best))}."
+            others = " Others may explain it too: runs of this scene take long, and not all are tried."
+            said = addressed(explained_words(self.explanations, self.next_best))
+            return f"{said}.{others if self.incomplete else ''}"
         left = "" if self.next_best is None else nearest_words(self.wrong, self.next_best)
         parts = "".join(f" {part_words(part)}." for part in self.parts)
         opening = f"No known mistake explains {'all of the' if LIKELY in self.nearest else 'the'} result."
@@ -179,7 +183,8 @@ def diagnose(
     if not found.explanations and (own.residual is None or not own.residual.wrong):
         kept = {} if kept is None else kept
         trials = kept.setdefault("trials", TrialSearch(result))
-        found = dataclasses.replace(found, explanations=indistinguishable(trials.explaining(result)))
+        explained = tuple(trials.explaining(result))
+        found = dataclasses.replace(found, explanations=explained, incomplete=trials.incomplete)
     return dataclasses.replace(found, own=own)
 
 

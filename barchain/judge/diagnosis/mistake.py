@@ -21,7 +21,7 @@ NEAR = 1e-2
 SINGLE = (2.0**-25, 2.0**-18)
 """Relative differences that single precision leaves: half a unit in the last place, amplified up to a hundred times"""
 SINGLE_PRECISION = "Single precision inside an engine leaves differences of this size."
-MOST_LISTED = 3
+MOST_LISTED = 4
 """Indistinguishable explanations that a sentence lists"""
 
 
@@ -189,7 +189,7 @@ def explained_words(explanations: tuple[Explanation, ...], next_best: Explanatio
     others = [words for words in dict.fromkeys(e.words for e in explanations) if words != best.words]
     if not others:
         return said
-    more = f"; or one of {len(others) - MOST_LISTED} more" if len(others) > MOST_LISTED else ""
+    more = f"; or {len(others) - MOST_LISTED} more" if len(others) > MOST_LISTED else ""
     return f"{said}; on this scene indistinguishable: {'; or '.join(others[:MOST_LISTED])}{more}"
 
 

@@ -18,7 +18,7 @@ from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.mean_elements import by_mean_elements
-from barchain.judge.diagnosis.motion.numbers import Number, body_words, numbers
+from barchain.judge.diagnosis.motion.numbers import ANGLE, FACTOR, Number, body_words, numbers
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT
 from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS
@@ -60,6 +60,8 @@ ALL_STRENGTHS = {
     "third_body": "the pull of all third bodies", "joint_torque": "the torque of all joints' motors",
 }  # fmt: skip
 """Nouns of the strengths of all effects of a kind, where these are no forces"""
+SAME = 1e-13
+"""Relative difference of two starts that rounding leaves"""
 MOST_RATE = 100.0
 """Largest error of a rate at the start, relative to the fastest one: degrees for radians make 56"""
 MOST_EVENTS = 1000
@@ -81,6 +83,8 @@ class Trial:
     """Changes of the fitted amounts with a linear effect; none of a fixed motion"""
     begin: tuple[float, ...] = ()
     """Amounts to begin with"""
+    within: tuple[float, float] = (-math.inf, math.inf)
+    """Range of the fitted amounts"""
     nice: Callable[[Array], bool] = lambda _: False
     """Whether the amounts are ones that a slip would give"""
 
@@ -188,23 +192,38 @@ def start_words(scene: Scene, state: bool, amounts: Array) -> str:
 
 
 def start_trials(scene: Scene, *, track: bool, state: bool) -> Iterator[Trial]:
-    """Other starts: known ones, one whose speed, distance or longitude is off, and any."""
+    """Other starts: known ones, one whose speed, distance, longitude or rates are off, and any."""
+    right = initial_state(scene)
     for known in STARTS:
+        if not other_start(partial(known.change, scene), right):
+            continue
         yield Trial(known.name, known.section, lambda _, w=known.sentence: w,  # type: ignore[misc]
                     partial(from_start, scene, lambda _, c=known.change: c(scene)))  # type: ignore[misc] # fmt: skip
     fitted = (
         ("initial-speed", "the speed at t = 0", ("orbit", "speed_factor")),
         ("initial-distance", "the altitude at t = 0", ("orbit", "altitude_m")),
+        ("initial-longitude", "the longitude at t = 0", ("orbit", "longitude_rad")),
         ("initial-rates-times-a-factor", "the factor of the rates at t = 0", ("chain", "rate_factor")),
     )
     for name, subject, (part, field) in fitted:
-        number = Number(name, subject, RATES if part == "chain" else ORBIT, scene, ((part, field),))
-        if number.value(0.0) or name.startswith("initial-rates"):
+        kind = ANGLE if field == "longitude_rad" else FACTOR
+        number = Number(name, subject, RATES if part == "chain" else ORBIT, scene, ((part, field),), kind)
+        if number.value(0.0) or field in ("longitude_rad", "rate_factor"):
             yield number_trial(number, partial(from_start, scene, number.change), within=number.range)
     if track or state:
         count = 4 + (2 * scene.bars if state else 0)
         yield Trial("another-start", ORBIT, partial(start_words, scene, state), partial(moved_start, scene, state),
                     (PROBE,) * count, (0.0,) * count)  # fmt: skip
+
+
+def other_start(change: Callable[[], Scene], right: InitialState) -> bool:
+    """Whether a changed scene has a start, and another one."""
+    try:
+        start = initial_state(change())
+    except (ValueError, ArithmeticError):
+        return False
+    pairs = [(getattr(start, f.name), getattr(right, f.name)) for f in dataclasses.fields(start)]
+    return any(np.abs(a - b).max(initial=0.0) > SAME * np.abs(b).max(initial=0.0) for a, b in pairs)
 
 
 def from_start(scene: Scene, change: Callable[[float], Scene], amounts: Array, t_s: Array) -> Trajectory | None:
@@ -224,12 +243,9 @@ def number_trial(
     def words(amounts: Array) -> str:
         return f"{number.words(float(amounts[0]))}{more}"
 
-    def inside(amounts: Array, t_s: Array) -> Trajectory | None:
-        return run(amounts, t_s) if within[0] <= float(amounts[0]) <= within[1] else None
-
     probe = 1e-3 * number.probe if number.kind == "time" else PROBE
     name = f"{number.name}-and-start" if more else number.name
-    return Trial(name, number.section, words, inside, (probe,), (0.0,), lambda a: number.nice(float(a[0])))
+    return Trial(name, number.section, words, run, (probe,), (0.0,), within, lambda a: number.nice(float(a[0])))
 
 
 def clock_trials(scene: Scene, first_s: float, late_s: float) -> Iterator[Trial]:
@@ -285,9 +301,9 @@ def fixed_trial(name: str, words: str, section: str, scene: Scene, start: Initia
 
 
 def further_trials(scene: Scene) -> Iterator[Trial]:
-    """All other numbers of a scene, and all other scenes, from the right start."""
+    """All other numbers of a scene, those of single bars last, and all other scenes, from the right start."""
     right, tried = initial_state(scene), {n.name for n in strengths(scene)} | {"gravitational-parameter"}
-    for number in numbers(scene):
+    for number in sorted(numbers(scene), key=lambda n: n.name[-1].isdigit()):
         if number.name not in tried:
             yield number_trial(number, partial(of_scene, number.change, right), within=number.range)
     for other in others(scene):

@@ -113,7 +113,7 @@ class Number:
     """Right scene"""
     paths: tuple[Path, ...]
     kind: str = FACTOR
-    powers: tuple[int, ...] = (1,)
+    powers: tuple[float, ...] = (1.0,)
     """Power of the factor in each number"""
     peers: tuple[float, ...] = ()
     """Other values that may have come in its place"""
@@ -139,7 +139,7 @@ class Number:
         found = self.scene
         for k, path in enumerate(self.paths):
 
-            def one(v: Any, power: int = self.powers[k % len(self.powers)]) -> Any:
+            def one(v: Any, power: float = self.powers[k % len(self.powers)]) -> Any:
                 if isinstance(v, tuple):
                     return tuple(map(one, v))
                 return v * (1.0 + amount) ** power if self.kind == FACTOR else v + amount
@@ -224,6 +224,7 @@ def numbers(scene: Scene) -> Iterator[Number]:
         if given is None or given == ():
             continue
         one, every = OWNERS.get(effect, (effect, f"{effect}s"))
+        paths: tuple[Path, ...]
         if not isinstance(given, tuple):
             yield from of_effect(scene, ("effects", effect), "")
             continue
@@ -231,9 +232,20 @@ def numbers(scene: Scene) -> Iterator[Number]:
             owner = one or body_words(scene)[k]
             several = f" {k + 1}" if one and len(given) > 1 else ""
             yield from of_effect(scene, ("effects", effect, k), f" of the {owner}{several}")
+            if effect == "third_body" and turns_freely(scene, k):
+                paths = tuple(("effects", effect, k, field) for field in ("distance_m", "rate_rad_s"))
+                yield Number(f"{effect}-{k + 1}-distance_m-with-rate", f"the distance of the {owner}, in its rate too,",
+                             LOADS, scene, paths, powers=(1.0, -1.5))  # fmt: skip
         for field, noun, kind in fields if len(given) > 1 else ():
-            paths: tuple[Path, ...] = tuple(("effects", effect, k, field) for k in range(len(given)))
+            paths = tuple(("effects", effect, k, field) for k in range(len(given)))
             yield Number(f"{effect}s-{field}", f"the {noun} of all {every}", LOADS, scene, paths, kind)
+
+
+def turns_freely(scene: Scene, k: int) -> bool:
+    """Whether a third body turns as fast as gravity has it turn: an engine may compute its rate from its distance."""
+    body = scene.effects.third_body[k]
+    free_rad_s = math.sqrt((scene.central_body.mu_m3_s2 + body.mu_m3_s2) / body.distance_m**3)
+    return abs(body.rate_rad_s - free_rad_s) <= NICE * free_rad_s
 
 
 def of_chain(scene: Scene) -> Iterator[Number]:
@@ -249,7 +261,7 @@ def of_chain(scene: Scene) -> Iterator[Number]:
             yield Number(f"{field}{ending}", f"the {noun}{of}", BODIES, scene, paths[:1], peers=peers)
             if power:
                 subject = f"the {noun}{of}, in the {inertias} of inertia too,"
-                yield Number(f"{field}-with-inertia{ending}", subject, BODIES, scene, paths, powers=(1, power))
+                yield Number(f"{field}-with-inertia{ending}", subject, BODIES, scene, paths, powers=(1.0, power))
 
 
 def of_effect(scene: Scene, at: Path, of: str) -> Iterator[Number]:
