@@ -180,7 +180,7 @@ def night(tree: Path, folder: Path, history: Path, plant: Plant | None = None) -
     try:
         os.sched_setaffinity(0, {min(cores)} if plant and plant.one_core else cores)
         with patch.dict(os.environ, variables):
-            return run_in(environment, tree, line, limit_s=LIMIT_S, folder=folder).reason
+            return run_in(environment.python, tree, line, limit_s=LIMIT_S, folder=folder).reason
     finally:
         os.sched_setaffinity(0, cores)
 

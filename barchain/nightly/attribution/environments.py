@@ -12,6 +12,7 @@ from datetime import date, timedelta
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from packaging.requirements import Requirement
@@ -29,7 +30,7 @@ from barchain.runs.processes import GitError, git, run
 from barchain.runs.python_environments import INSTALL_S, UV, brief, install, put_in_place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from barchain.nightly.figures.figure import Figure
     from barchain.runs.processes import Finished
@@ -57,13 +58,15 @@ class PinnedEnvironment:
 
 
 def run_in(
-    environment: PinnedEnvironment, tree: Path, arguments: Sequence[str], *, limit_s: float, folder: Path
-) -> Finished:
-    """Run Python with a tree of barchain's sources in an environment.
+    python: Path, tree: Path, arguments: Sequence[str], *, limit_s: float, folder: Path,
+    variables: Mapping[str, str] = MappingProxyType({}),
+) -> Finished:  # fmt: skip
+    """Run the Python of an environment with a tree of barchain's sources.
 
     Parameters
     ----------
-    environment : PinnedEnvironment
+    python : Path
+        Interpreter of the environment.
     tree : Path
         Folder of barchain's packages.
     arguments : sequence of str
@@ -72,10 +75,12 @@ def run_in(
         Wall time after which all processes of the command are killed, s.
     folder : Path
         Working folder.
+    variables : mapping
+        Further variables of its environment.
     """
     with scratch_folder() as scratch:
-        variables = without_own(marked(scratch)) | {"PYTHONPATH": str(tree)}
-        return run([environment.python, "-P", *arguments], limit_s=limit_s, folder=folder, variables=variables)
+        own = without_own(marked(scratch)) | {"PYTHONPATH": str(tree)} | dict(variables)
+        return run([python, "-P", *arguments], limit_s=limit_s, folder=folder, variables=own)
 
 
 def measured_figures(
@@ -83,10 +88,10 @@ def measured_figures(
 ) -> tuple[Figure, ...] | str:
     """Figures of a command of barchain, whose results come into `out`, or why there are none.
 
-    Other parameters are those of :func:`run_in`.
+    Other parameters are those of :func:`run_in`, with an environment in the place of its interpreter.
     """
     arguments = ("-m", "barchain", "-q", *line, "--out", str(out))
-    done = run_in(environment, tree, arguments, limit_s=limit_s, folder=out.parent)
+    done = run_in(environment.python, tree, arguments, limit_s=limit_s, folder=out.parent)
     try:
         return read_figures_of(out)
     except (HistoryError, FileNotFoundError, ValueError):

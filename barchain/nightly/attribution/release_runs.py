@@ -260,7 +260,7 @@ def probe(distribution: str, environment: PinnedEnvironment, tree: Path, scratch
     importing = ("-c", IMPORT.format(module=MODULES.get(distribution, distribution.replace("-", "_"))))
     said = []
     for line in (*[importing] * IMPORTS, ("-c", SIZE, distribution)):
-        done = run_in(environment, tree, line, limit_s=LIMIT_S, folder=scratch)
+        done = run_in(environment.python, tree, line, limit_s=LIMIT_S, folder=scratch)
         if done.reason:
             return facts | {"fault": done.reason}
         said.append(float(done.output.split()[-1]))

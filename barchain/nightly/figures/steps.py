@@ -13,7 +13,15 @@ from scipy.stats import false_discovery_control
 
 from barchain.nightly.figures.changes import Change, Direction
 from barchain.nightly.figures.figure import names_since
-from barchain.nightly.figures.rank_test import FEWEST_NEW, FEWEST_OLD, LEVEL_NIGHTS, autocorrelations, split_levels
+from barchain.nightly.figures.rank_test import (
+    FEWEST_NEW,
+    FEWEST_OLD,
+    LEVEL_NIGHTS,
+    autocorrelations,
+    ranks,
+    split_levels,
+    two_sided,
+)
 from barchain.nightly.figures.suspects import differing
 
 if TYPE_CHECKING:
@@ -200,8 +208,28 @@ def step_at(old: Array, new: Array, place: int, probability: float, correlation:
     return Step(place, math.exp(middle), math.exp(low), math.exp(high), probability)
 
 
+def step_between(old: Array, new: Array) -> Step:
+    """Step from one group of independent values (n,) to another one (m,), in logarithms: its place needs no search."""
+    n, m = len(old), len(new)
+    excess = ranks(np.concatenate([old, new]))[n:].sum() - m * (m + 1) / 2.0
+    probability = two_sided(np.array([excess]), np.array([float(n)]), np.array([float(m)]))
+    return step_at(old, new, n, float(probability[0]), 0.0)
+
+
 FALSE_ALARMS = 1.0 / 120.0
 """Largest probability of a false alarm in a night: one in four months, half a one in 60 nights"""
+
+
+def discoveries(steps: Sequence[Step], false_alarms: float = FALSE_ALARMS) -> list[Step]:
+    """Steps between groups that are told: of at least the least effect, with one error rate for all of them."""
+    if not steps:
+        return []
+    adjusted = false_discovery_control(np.array([step.probability for step in steps]), method="bh")
+    least = math.log1p(LEAST_EFFECT)
+    told = zip(steps, adjusted, strict=True)
+    return [step for step, chance in told if chance <= false_alarms and abs(math.log(step.factor)) >= least]
+
+
 WINDOW = 200
 """Nights that are looked at: longer ago, machines and their systems differ in too much"""
 

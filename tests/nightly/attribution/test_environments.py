@@ -117,7 +117,7 @@ def test_an_older_release_runs_todays_barchain_and_a_version_that_does_not_exist
     made = pinned_environment(["pymunk==7.3.0"])
     tree = installed_tree(tmp_path / "tree")
     code = "import pymunk, barchain; print(pymunk.version, barchain.__file__)"
-    done = run_in(made, tree, ("-c", code), limit_s=60.0, folder=tmp_path)
+    done = run_in(made.python, tree, ("-c", code), limit_s=60.0, folder=tmp_path)
     assert done.output.split() == ["7.3.0", str(tree / "barchain" / "__init__.py")]
     assert pinned_environment(["pymunk==7.3.0"]).folder == made.folder
     with pytest.raises(PinnedEnvironmentError, match="99"):
@@ -133,7 +133,7 @@ def test_a_command_that_does_not_end_is_killed(tmp_path: Path) -> None:
     here = PinnedEnvironment(tmp_path, ())
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "python").symlink_to(sys.executable)
-    done = run_in(here, tmp_path, ("-c", "import time; time.sleep(60)"), limit_s=1.0, folder=tmp_path)
+    done = run_in(here.python, tmp_path, ("-c", "import time; time.sleep(60)"), limit_s=1.0, folder=tmp_path)
     assert done.reason == "did not end within 1 s"
-    done = run_in(here, tmp_path, ("-c", "raise ValueError('no')"), limit_s=30.0, folder=tmp_path)
+    done = run_in(here.python, tmp_path, ("-c", "raise ValueError('no')"), limit_s=30.0, folder=tmp_path)
     assert done.reason == "ValueError: no"
