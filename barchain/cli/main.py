@@ -25,6 +25,7 @@ from barchain.cli.explain import explain
 from barchain.cli.export import export
 from barchain.cli.judge import judge
 from barchain.cli.nightly.attribute import attribute_night, bisect_figure
+from barchain.cli.nightly.gate import gate
 from barchain.cli.nightly.history import history
 from barchain.cli.nightly.nightly import nightly
 from barchain.cli.nightly.releases import releases
@@ -46,7 +47,7 @@ MOST_SHOWN = 60  # characters of an argument that is shown
 SECTIONS = {
     "Run and compare": (scenes, engines, simulate, plot, compare, crossval, judge, show, report, explain, doctor),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble, sweep),
-    "Nights": (nightly, history, attribute_night, bisect_figure, releases),
+    "Nights": (nightly, gate, history, attribute_night, bisect_figure, releases),
     "Scenes and engines of your own": (validate, schema, export, certified_solutions, new_engine, conform),
 }
 
