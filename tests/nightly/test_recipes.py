@@ -1,4 +1,4 @@
-"""Recipes for nights agree with the schemas of their services, name options that there are, and pass on exit codes."""
+"""Recipes agree with the schemas of their services, name options that there are, and pass on exit codes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ GITHUB, GITLAB, SCRIPT, SERVICE, TIMER = (
         "github-nightly.yml", "gitlab-nightly.yml", "nightly.sh", "barchain-nightly.service", "barchain-nightly.timer",
     )
 )  # fmt: skip
-COMMAND = re.compile(r"^[^#]*?\bbarchain (?:-q )?(nightly|history \w+) ([^|&;\n]*)", re.MULTILINE)
+GITHUB_GATE, GITLAB_GATE = RECIPES / "github-gate.yml", RECIPES / "gitlab-gate.yml"
+COMMAND = re.compile(r"^[^#]*?\bbarchain (?:-q )?(nightly|gate|history \w+) ([^|&;\n]*)", re.MULTILINE)
 INPUTS = {"CHANGE": "*:exudyn:*", "REASON": "$(touch injected)", "UNTIL": "2031-01-02", "LOGNAME": "someone"}
 needs_flock = needs("flock", there=shutil.which("flock") is not None)
 CODES = [0, 1, 2, 3, 130]
@@ -35,8 +36,9 @@ def yaml(file: Path) -> Any:
     return YAML(typ="safe").load(file.read_text("utf-8"))
 
 
-def github_steps() -> dict[str, dict[str, Any]]:
-    return {step.get("name", step.get("uses")): step for step in yaml(GITHUB)["jobs"]["nightly"]["steps"]}
+def github_steps(file: Path = GITHUB) -> dict[str, dict[str, Any]]:
+    (job,) = yaml(file)["jobs"].values()
+    return {step.get("name", step.get("uses")): step for step in job["steps"]}
 
 
 def shell_parts() -> dict[str, str]:
@@ -44,8 +46,14 @@ def shell_parts() -> dict[str, str]:
     gitlab = yaml(GITLAB)
     before = "\n".join(gitlab[".barchain"]["before_script"])
     return (
-        {name: step["run"] for name, step in github_steps().items() if "run" in step}
+        {
+            name: step["run"]
+            for file in (GITHUB, GITHUB_GATE)
+            for name, step in github_steps(file).items()
+            if "run" in step
+        }
         | {job: "\n".join([before, *gitlab[job]["script"]]) for job in ("nightly", "accept")}
+        | {"gate": "\n".join(yaml(GITLAB_GATE)["gate"]["script"])}
         | {"after nightly": "\n".join(gitlab["nightly"]["after_script"]), "nightly.sh": SCRIPT.read_text("utf-8")}
     )
 
@@ -53,12 +61,15 @@ def shell_parts() -> dict[str, str]:
 def play(
     text: str, folder: Path, given: dict[str, str] | None = None, code: int = 0
 ) -> subprocess.CompletedProcess[str]:
-    """Run shell text as a CI does, with a `barchain` that writes down its arguments, and a `pip` that does nothing."""
+    """Run shell text as a CI does, with a `barchain` that writes down its arguments; others print theirs."""
     programs = folder / "bin"
     programs.mkdir(exist_ok=True)
     for name, body in {
         "barchain": f'[ "$1" = history ] || code={code}\necho "$LOGNAME:$*" >> said\nexit ${{code:-0}}',
-        "pip": 'echo "pip $*"',
+        "pip": 'echo "pip $*"\n[ "$1" != wheel ] || { mkdir -p "$4"; touch "$4/mine-1-py3-none-any.whl"; }',
+        "git": 'echo "git $*"',
+        "gh": 'echo "gh $*"',
+        "curl": 'echo "curl $*"',
     }.items():
         (programs / name).write_text(f"#!/bin/sh\n{body}\n", "utf-8")
         (programs / name).chmod(0o755)
@@ -72,7 +83,9 @@ def play(
     ("file", "options"),
     [
         (GITHUB, ["--builtin-schema", "vendor.github-workflows"]),
+        (GITHUB_GATE, ["--builtin-schema", "vendor.github-workflows"]),
         (GITLAB, ["--builtin-schema", "vendor.gitlab-ci", "--data-transform", "gitlab-ci"]),
+        (GITLAB_GATE, ["--builtin-schema", "vendor.gitlab-ci", "--data-transform", "gitlab-ci"]),
     ],
 )
 def test_a_recipe_agrees_with_the_schema_of_its_service(file: Path, options: list[str]) -> None:
@@ -83,7 +96,7 @@ def test_a_recipe_agrees_with_the_schema_of_its_service(file: Path, options: lis
 
 @pytest.mark.skipif(shutil.which("actionlint") is None, reason="actionlint is a program in Go; see CONTRIBUTING.md")
 def test_actionlint_finds_nothing_in_the_workflow() -> None:
-    done = subprocess.run(["actionlint", str(GITHUB)], capture_output=True, text=True, check=False)
+    done = subprocess.run(["actionlint", str(GITHUB), str(GITHUB_GATE)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
 
 
@@ -101,7 +114,7 @@ def test_the_projects_own_workflow_is_the_recipe() -> None:
     assert (ROOT / ".github" / "workflows" / "nightly.yml").read_bytes() == GITHUB.read_bytes()
 
 
-@pytest.mark.parametrize("file", [GITHUB, GITLAB, SCRIPT, SERVICE])
+@pytest.mark.parametrize("file", [GITHUB, GITLAB, SCRIPT, SERVICE, GITHUB_GATE, GITLAB_GATE])
 def test_every_command_of_a_recipe_has_the_options_that_it_names(file: Path) -> None:
     commands = COMMAND.findall(file.read_text("utf-8"))
     assert commands
@@ -168,7 +181,50 @@ def assert_accepted(folder: Path) -> None:
     assert not (folder / "injected").exists()
 
 
-@pytest.mark.parametrize("place", ["Install", "nightly", "accept"])
+WHEEL = "mine-1-py3-none-any.whl"
+GATE = f"mine --base wheels/base/{WHEEL} --head wheels/head/{WHEEL} --minutes 5 --out gate.md"
+REQUEST = {
+    "ENGINE": "mine", "CI_MERGE_REQUEST_DIFF_BASE_SHA": "0123abcd", "CI_API_V4_URL": "https://example.org/api/v4",
+    "CI_PROJECT_ID": "7", "CI_MERGE_REQUEST_IID": "3", "GITHUB_REPOSITORY": "you/mine", "PULL": "3",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("code", [0, 1, 2])
+def test_the_github_gate_compares_wheels_of_base_and_head_and_passes_its_exit_code_on(
+    tmp_path: Path, code: int
+) -> None:
+    built = play(shell_parts()["Build both wheels"], tmp_path, REQUEST)
+    assert "git worktree add ../base HEAD^1\npip wheel --no-deps --wheel-dir wheels/base ../base" in built.stdout
+    assert play(shell_parts()["Run the gate"], tmp_path, REQUEST, code).returncode == code
+    assert (tmp_path / "said").read_text("utf-8").endswith(f":gate {GATE}\n")
+
+
+def test_the_github_gate_replaces_its_last_comment(tmp_path: Path) -> None:
+    done = play(shell_parts()["Write the comment"], tmp_path, REQUEST)
+    assert done.stdout == "gh pr comment 3 --repo you/mine --edit-last --create-if-none --body-file gate.md\n"
+    assert github_steps(GITHUB_GATE)["actions/checkout@v7"]["with"]["persist-credentials"] is False
+
+
+@pytest.mark.parametrize("code", [0, 1, 2])
+def test_the_gitlab_gate_comments_if_it_has_a_token_and_passes_its_exit_code_on(tmp_path: Path, code: int) -> None:
+    (tmp_path / "gate.md").write_text("the answer", "utf-8")
+    done = play(shell_parts()["gate"], tmp_path, REQUEST | {"GATE_TOKEN": "secret"}, code)
+    assert done.returncode == code
+    assert (tmp_path / "said").read_text("utf-8").endswith(f":gate {GATE}\n")
+    assert "git worktree add ../base 0123abcd\n" in done.stdout
+    assert "body@gate.md https://example.org/api/v4/projects/7/merge_requests/3/notes" in done.stdout
+    assert "curl" not in play(shell_parts()["gate"], tmp_path, REQUEST, code).stdout
+
+
+@pytest.mark.parametrize("place", ["Install the gate", "gate"])
+def test_a_gate_tells_in_one_sentence_that_no_engine_is_named(tmp_path: Path, place: str) -> None:
+    done = play(shell_parts()[place], tmp_path)
+    assert (done.returncode, done.stdout.strip().removeprefix("::error::")) == (
+        2, "Set the variable ENGINE to the name of the engine.",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("place", ["Install", "nightly", "accept", "Install the gate", "gate"])
 def test_a_recipe_tells_in_one_sentence_that_barchain_is_not_installed(tmp_path: Path, place: str) -> None:
     text = shell_parts()[place]
     unset = play(text, tmp_path, {"BARCHAIN": ""})
@@ -176,7 +232,11 @@ def test_a_recipe_tells_in_one_sentence_that_barchain_is_not_installed(tmp_path:
     assert (
         unset.stdout.strip().removeprefix("::error::").startswith("Set the variable BARCHAIN to the arguments of pip")
     )
-    own = play(text.replace("command -v barchain", "command -v no-such-barchain"), tmp_path, {"BARCHAIN": "-e .[all]"})
+    own = play(
+        text.replace("command -v barchain", "command -v no-such-barchain"),
+        tmp_path,
+        {"BARCHAIN": "-e .[all]", "ENGINE": "mine"},
+    )
     assert own.returncode == 2
     assert "pip install -e .[all]\n" in own.stdout
     assert "The variable BARCHAIN (-e .[all]) does not install barchain." in own.stdout
