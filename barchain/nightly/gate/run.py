@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from barchain.nightly.gate.known import KnownFailure
     from reports.results.nights.gate import GateResult
 
-END_S = 5.0
-"""Time for judging and telling"""
+END_S = 12.0
+"""Time for the start, and for judging and telling"""
 SHARE = 0.65
 """Share of the time after which no part of the comparisons begins"""
 RUN_SHARE = 0.1
