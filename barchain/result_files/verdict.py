@@ -70,7 +70,8 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
 
     A file of which no accuracy is declared is judged by its digits, and by error bars that are stated. Where these do
     not explain a difference, requested errors are tried from small to large, until the file agrees, or a mistake
-    explains the rest. The file passes at the accuracy that it is found to have, down to :data:`COARSEST`.
+    explains the rest. The file passes at the accuracy that it is found to have, down to
+    :data:`barchain.result_files.accuracy.COARSEST`.
 
     Parameters
     ----------

@@ -30,8 +30,8 @@ READERS = ("spring", "mine")
 """Engines that a reader makes: the tutorial's package, and the program of another language"""
 
 OTHER_PROGRAMS = {
-    "--barchain-engine": "pytest_barchain.py",
-    "--barchain-known": "pytest_barchain.py",
+    "--barchain-engine": "barchain/pytest_plugin.py",
+    "--barchain-known": "barchain/pytest_plugin.py",
     "--against": "benchmarks/instructions.py, benchmarks/same_bits.py",
     "--reruns": "benchmarks/random_scenes.py",
     "--shrink-seconds": "benchmarks/random_scenes.py",

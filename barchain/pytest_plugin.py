@@ -1,6 +1,6 @@
 """Plugin of pytest for authors of engines: ``pytest --barchain-engine NAME``, a test for each scene of conformance.
 
-Nothing of barchain is imported unless the option is given: the plugin is loaded wherever barchain is installed.
+Nothing else of barchain is imported unless the option is given: the plugin is loaded wherever barchain is installed.
 """
 
 from __future__ import annotations
