@@ -197,7 +197,7 @@ class CvodeSolver:
                 run.solve_by_newton()
             else:
                 run.solve_by_iteration()
-            run.stop_at_surface()
+            run.stop_at_surface(functions.height)
             found = run.run(instants_s)
         except EngineError as error:
             raise EngineError(f"CVODE, {'BDF' if self.stiff else 'Adams'}: {error}") from error
