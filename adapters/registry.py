@@ -216,6 +216,15 @@ ENGINES: dict[str, Registration] = {
     "scipy-radau": _solver("ScipyRadau", "scipy", install="pip install scipy"),
     "cvode-adams": _solver("CvodeAdams", "scikit-sundae", "sksundae", f"pip install '.[{MORE}]'"),
     "cvode-bdf": _solver("CvodeBdf", "scikit-sundae", "sksundae", f"pip install '.[{MORE}]'"),
+    **{
+        name: _adapter("ida.adapter", kind, "scikit-sundae", "sksundae", extra=MORE, in_default_set=False)
+        for name, kind in (
+            ("ida-index1", "IdaIndex1"),
+            ("ida-index2", "IdaIndex2"),
+            ("ida-ggl", "IdaGgl"),
+            ("ida-index3", "IdaIndex3"),
+        )
+    },
     "mujoco": _adapter("mujoco.adapter", "Mujoco", "mujoco", extra=MORE, in_default_set=False),
     "pinocchio": _adapter("pinocchio.adapter", "Pinocchio", "pin", "pinocchio", extra=MORE, in_default_set=False),
     "drake": _adapter("drake.adapter", "Drake", "drake", "pydrake", extra="drake", in_default_set=False),

@@ -10,7 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from itertools import accumulate
 from math import cos, sin
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 
@@ -209,10 +209,20 @@ class HeldFaces:
         self.chain.hold_faces(self.faces)
 
 
+class StruckChain(Protocol):
+    """A chain that impulses strike, and whose loads know the segment between two events."""
+
+    inside_s: float
+    """An instant within the current segment"""
+
+    def apply_impulses(self, state: Array, impulses: Sequence[Impulse]) -> tuple[Array, Array]:
+        """State after impulses, and the impulsive reactions on each bar from the next, (N-1, 2), N s."""
+
+
 class Jumps:
     """State changes at the events of a run: starts and ends of thrusts, impulses, and faces that turn."""
 
-    def __init__(self, scene: Scene, chain: JointTree) -> None:
+    def __init__(self, scene: Scene, chain: StruckChain) -> None:
         """Events of `scene`."""
         self.chain, self.scheduled = chain, scene.effects.impulse
         self.faces: HeldFaces | None = None

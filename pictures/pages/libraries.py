@@ -55,6 +55,8 @@ LIBRARIES = (
     EngineLibrary("dart", "DART", "adapters.dart", ("dartpy",), "https://dartsim.github.io", "BSD-2-Clause"),
     EngineLibrary("basilisk", "Basilisk", "adapters.basilisk", (), "https://avslab.github.io/basilisk", "ISC"),
     EngineLibrary("scipy", "SciPy's solvers", "adapters.ode_solvers", ("scipy",), "https://scipy.org", "BSD-3-Clause"),
+    EngineLibrary("ida", "IDA (SUNDIALS)", "adapters.ida", ("scikit-sundae",),
+                  "https://github.com/NREL/scikit-sundae", "BSD-3-Clause"),
     EngineLibrary("cvode", "CVODE (SUNDIALS)", "adapters.ode_solvers", ("scikit-sundae",),
                   "https://github.com/NREL/scikit-sundae", "BSD-3-Clause"),
 )  # fmt: skip
