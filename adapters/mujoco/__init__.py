@@ -12,6 +12,8 @@ thrusts, and impulses at the end of a step.
 Not supported: prescribed rotations, the shadow's edge, events within a step, and bars that turn their other face to the
 wind or the Sun within a step.
 
+MuJoCo's implicit integrators are of order 1 on the chain (docs/engines/measurements.md), so that there is no option.
+
 Traps: callbacks belong to the whole process. `qfrc_passive` would leave the loads out of the reactions; `xfrc_applied`
 does not. MuJoCo resets a state that is not finite without an error, so the reset is disabled and warnings become
 errors.
