@@ -75,15 +75,21 @@ def blas() -> str:
     import scipy.linalg  # noqa: F401, PLC0415  # loads its own
 
     found = [of for of in threadpool_info() if of.get("user_api") == "blas"]
-    return ", ".join(sorted({library_words(of) for of in found}))
+    own = [of for of in found if wheel_of(of)]  # engines bring along others, in a process that has loaded them
+    return ", ".join(sorted({library_words(of) for of in own or found}))
+
+
+def wheel_of(library: Mapping[str, Any]) -> str:
+    """Wheel of NumPy or SciPy that a library of linear algebra lies in; empty for any other place."""
+    folders = Path(str(library.get("filepath") or "")).parts
+    return next((name for name in ("numpy", "scipy") if {name, f"{name}.libs"} & set(folders)), "")
 
 
 def library_words(library: Mapping[str, Any]) -> str:
     """Name, version, code for this processor, and the wheel that a library of linear algebra lies in."""
     words = [str(library.get(key) or "") for key in ("internal_api", "version", "architecture")]
-    folders = Path(str(library.get("filepath") or "")).parts
-    wheel = next((f"({name})" for name in ("numpy", "scipy") if {name, f"{name}.libs"} & set(folders)), "")
-    return " ".join(word for word in (*words, wheel) if word)
+    wheel = wheel_of(library)
+    return " ".join(word for word in (*words, f"({wheel})" if wheel else "") if word)
 
 
 def packages() -> dict[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+import subprocess
 import sys
 from typing import TYPE_CHECKING
 
@@ -205,3 +206,12 @@ def test_documents_reports_studies_and_the_command_line_decide_no_run() -> None:
     apart = ("barchain.cli", "barchain.studies", "barchain.judge", "barchain.nightly", "reports")
     assert not [name for name in found if name.startswith(apart)]
     assert not [name for name in found if name.startswith("adapters.") and name.split(".")[1] in {"rebound", "heyoka"}]
+
+
+def test_a_library_of_linear_algebra_that_an_engine_brings_along_is_no_part_of_a_key() -> None:
+    """SUNDIALS' wheel has one of its own: a process that has loaded it finds the answers of one that has not."""
+    pytest.importorskip("sksundae")
+    code = (
+        "from barchain.record.environment import blas\nfound = blas()\nimport sksundae\nassert blas() == found, blas()"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
