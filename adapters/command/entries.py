@@ -328,10 +328,10 @@ def arguments(folder: Path, entry: Entry, files: Mapping[str, Path]) -> list[str
     files : mapping of str to Path
         Files of the run by the names that stand for them.
     """
-    found = []
+    found, meant = [], {PYTHON: python_path(folder, entry), **files}
     for word in shlex.split(entry.command):
         filled = word
-        for name, path in {PYTHON: python_path(folder, entry), **files}.items():
+        for name, path in meant.items():
             filled = filled.replace(name, str(path))
         found.append(str(folder / filled) if (folder / filled).is_file() else filled)
     return found

@@ -100,6 +100,27 @@ class SolverOutput:
     jacobians: int
 
 
+class CaughtErrors:
+    """Exceptions of functions in Python that C code calls, kept for the caller of the solver: none crosses C code."""
+
+    def __init__(self) -> None:
+        self.raised: BaseException | None = None
+
+    def guarded(self, put: Callable[[], None]) -> int:
+        """Call a function, and give SUNDIALS its code."""
+        try:
+            put()
+        except BaseException as error:
+            self.raised = error
+            return FATAL
+        return 0
+
+    def last(self) -> BaseException | None:
+        """Exception since the last call, or None."""
+        found, self.raised = self.raised, None
+        return found
+
+
 class SundialsRun:
     """One run of a solver; :meth:`close` frees its memory."""
 

@@ -6,11 +6,9 @@ import ctypes
 from ctypes import POINTER, byref, c_double, c_int, c_void_p
 from typing import TYPE_CHECKING
 
-from adapters.common.sundials import FATAL, NORMAL, Interface, SolverOutput, SundialsRun, address_of, view
+from adapters.common.sundials import NORMAL, CaughtErrors, Interface, SolverOutput, SundialsRun, address_of, view
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from adapters.ida.chain import RedundantChain
     from adapters.trajectory import Array
 
@@ -41,9 +39,9 @@ class Ida(SundialsRun):
 
     def __init__(self, chain: RedundantChain, t: float, y: Array, slopes: Array, rtol: float, most_steps: int) -> None:
         """Prepare a run from a consistent state; each component is requested to `rtol` of its unit."""
-        super().__init__(y, self.last_failure)
+        self.caught = CaughtErrors()
+        super().__init__(y, self.caught.last)
         self.chain, self.slopes = chain, slopes.copy()
-        self.raised: BaseException | None = None
         self.evaluations = self.event_calls = 0
         self.differential = chain.differential.copy()
         self.kept = RESIDUAL(self.put_residual), JACOBIAN(self.put_jacobian), HEIGHT(self.put_height)
@@ -86,7 +84,7 @@ class Ida(SundialsRun):
             self.evaluations += 1
             self.numbers(out)[:] = self.chain.residual(t, self.numbers(y), self.numbers(slopes))
 
-        return self.guarded(put)
+        return self.caught.guarded(put)
 
     def put_jacobian(self, t: float, c: float, y: int, slopes: int, _residual: int, matrix: int, *_others: int) -> int:
         """Evaluate the Jacobian into a matrix, which SUNDIALS stores by columns."""
@@ -95,7 +93,7 @@ class Ida(SundialsRun):
             found = self.chain.jacobian(t, self.numbers(y), self.numbers(slopes), c)
             view(self.lib.SUNDenseMatrix_Data(matrix), found.size)[:] = found.T.ravel()
 
-        return self.guarded(put)
+        return self.caught.guarded(put)
 
     def put_height(self, _t: float, y: int, _slopes: int, out: int, _user_data: int) -> int:
         """Evaluate the height."""
@@ -104,18 +102,4 @@ class Ida(SundialsRun):
             self.event_calls += 1
             view(out, 1)[0] = self.chain.height(self.numbers(y) * self.chain.units)
 
-        return self.guarded(put)
-
-    def guarded(self, put: Callable[[], None]) -> int:
-        """Keep an exception for the caller of the solver: none crosses C code."""
-        try:
-            put()
-        except BaseException as error:
-            self.raised = error
-            return FATAL
-        return 0
-
-    def last_failure(self) -> BaseException | None:
-        """Exception in the equations since the last call."""
-        found, self.raised = self.raised, None
-        return found
+        return self.caught.guarded(put)

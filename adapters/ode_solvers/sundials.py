@@ -10,11 +10,9 @@ from ctypes import POINTER, byref, c_double, c_int, c_void_p
 from typing import TYPE_CHECKING
 
 from adapters.common.solver_driver import CFunctions
-from adapters.common.sundials import FATAL, NORMAL, Interface, SolverOutput, SundialsRun, address_of, view
+from adapters.common.sundials import NORMAL, CaughtErrors, Interface, SolverOutput, SundialsRun, address_of, view
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from adapters.common.solver_driver import Problem
     from adapters.trajectory import Array
 
@@ -80,7 +78,7 @@ class PythonFunctions(CFunctions):
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.size = problem, len(problem.y0)
-        self.raised: BaseException | None = None
+        self.caught = CaughtErrors()
         self.kept = FUNCTION(self.put_rates), FUNCTION(self.put_height)
         self.rates, self.height = (address_of(f) for f in self.kept)
         self.user_data = 0
@@ -99,7 +97,7 @@ class PythonFunctions(CFunctions):
         def put() -> None:
             self.numbers(slopes)[:] = self.problem.rate(t_s, self.numbers(state))
 
-        return self.guarded(put)
+        return self.caught.guarded(put)
 
     def put_height(self, t_s: float, state: int, out: int, _user_data: int) -> int:
         """Evaluate the height."""
@@ -107,16 +105,7 @@ class PythonFunctions(CFunctions):
         def put() -> None:
             view(out, 1)[0] = self.problem.height_at_event(t_s, self.numbers(state))
 
-        return self.guarded(put)
-
-    def guarded(self, put: Callable[[], None]) -> int:
-        """Keep an exception for the caller of the solver: none crosses C code."""
-        try:
-            put()
-        except BaseException as error:
-            self.raised = error
-            return FATAL
-        return 0
+        return self.caught.guarded(put)
 
     def counts(self) -> tuple[int, int]:
         """Nothing: the problem counts."""
@@ -124,5 +113,4 @@ class PythonFunctions(CFunctions):
 
     def failure(self) -> BaseException | None:
         """Exception in the equations since the last call."""
-        found, self.raised = self.raised, None
-        return found
+        return self.caught.last()

@@ -35,7 +35,6 @@ UNCONTRADICTED = (Outcome.PASS, Outcome.TOO_COARSE)
 """Outcomes of a file that agrees up to the predictability limit and that no restart beyond contradicts, where a
 diverged end may be; a restart that tells nothing contradicts nothing"""
 COARSEST = LADDER[6]
-COARSEST = LADDER[6]
 """Coarsest requested error, 1e-6, at which a file that declares none passes"""
 FAR_APART = 50.0
 """Ratio of two requests, of decades, from which on some quantities are far less accurate than the others"""
@@ -108,26 +107,7 @@ def less_accurate(finer: Mapping[float, Verdict], reached: float) -> str:
     return f"{', '.join(sorted(last))}: no better than rtol={reached:g}, while all else agrees at rtol={best:g}"
 
 
-def before_the_limit(
-    name: str, main: Samples, declared: Declared
-) -> tuple[Verdict, Setting, Diagnosis | None, str] | None:
-    """Verdict on a file of which even the finest request leaves too little before its limit; None of any other one.
-
-    Coarser requests have earlier limits still. What follows the limit is compared from the file's own states.
-    """
-    at = dataclasses.replace(declared, rtol=LADDER[0])
-    early = one_verdict(name, main, None, at, {}, restarts=False)[0]
-    some = any(row["metric"] == "judged_share" and row["value"] > 0.0 for row in early.rows)
-    if early.outcome is not Outcome.TOO_COARSE or not some:
-        return None
-    whole, *_ = one_verdict(name, main, None, at, {})
-    if whole.outcome is Outcome.PASS:
-        said = f"agrees at rtol={at.rtol:g}; declare it (--rtol {at.rtol:g}) to demand it"
-        return whole, at.setting, None, said
-    return early, at.setting, None, f"it agrees at rtol={at.rtol:g} as far as it can be judged"
-
-
-def on_the_ladder(
+def accuracy_of(
     name: str, main: Samples, declared: Declared, found: Verdict
 ) -> tuple[Verdict, Setting, Diagnosis | None, str]:
     """Verdict on a file that declares no accuracy, its setting, a diagnosis, and the accuracy that the file has.
@@ -139,15 +119,54 @@ def on_the_ladder(
     declared : Declared
         Without a requested error; stated error bars count.
     found : Verdict
-        By digits and error bars alone, no pass. It stays where the file is outside of a stated error bar. Of what fails
-        else, the verdict at the coarsest request that is allowed tells what is wrong: digits alone allow no error.
+        By digits and error bars alone, no pass.
+    """
+    finest = dataclasses.replace(declared, rtol=LADDER[0])
+    early = one_verdict(name, main, None, finest, {}, restarts=False)[0]
+    return before_the_limit(name, main, finest, early) or on_the_ladder(name, main, declared, found, early)
+
+
+def before_the_limit(
+    name: str, main: Samples, at: Declared, early: Verdict
+) -> tuple[Verdict, Setting, Diagnosis | None, str] | None:
+    """Verdict on a file of which even the finest request leaves too little before its limit; None of any other one.
+
+    Coarser requests have earlier limits still. What follows the limit is compared from the file's own states.
+
+    Parameters
+    ----------
+    name : str
+    main : Samples
+    at : Declared
+        With the finest request.
+    early : Verdict
+        At that request, without restarts.
+    """
+    some = any(row["metric"] == "judged_share" and row["value"] > 0.0 for row in early.rows)
+    if early.outcome is not Outcome.TOO_COARSE or not some:
+        return None
+    whole, *_ = one_verdict(name, main, None, at, {})
+    if whole.outcome is Outcome.PASS:
+        said = f"agrees at rtol={at.rtol:g}; declare it (--rtol {at.rtol:g}) to demand it"
+        return whole, at.setting, None, said
+    return early, at.setting, None, f"it agrees at rtol={at.rtol:g} as far as it can be judged"
+
+
+def on_the_ladder(
+    name: str, main: Samples, declared: Declared, found: Verdict, early: Verdict
+) -> tuple[Verdict, Setting, Diagnosis | None, str]:
+    """Verdict by the first request with which a file agrees, from the finest one on, whose verdict is `early`.
+
+    The verdict by digits stays where the file is outside of a stated error bar. Of what fails else, the verdict at the
+    coarsest request that is allowed tells what is wrong: digits alone allow no error. See :func:`accuracy_of`.
     """
     finer: dict[float, Verdict] = {}
     mistakes, unexplained = None, None
     by_digits, setting, held = found, declared.setting, ""
     for rtol in LADDER:
         at = dataclasses.replace(declared, rtol=rtol)
-        finer[rtol] = verdict = one_verdict(name, main, None, at, {}, restarts=False)[0]
+        verdict = early if rtol == LADDER[0] else one_verdict(name, main, None, at, {}, restarts=False)[0]
+        finer[rtol] = verdict
         if verdict.outcome is Outcome.PASS:
             whole, *_ = one_verdict(name, main, None, at, {})
             if whole.outcome in UNCONTRADICTED:

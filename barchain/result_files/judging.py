@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     from barchain.record.study_store import StudyStore
     from barchain.result_files.channels import Channels
+    from barchain.result_files.samples import Samples
     from barchain.result_files.verdict import FileVerdict
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.study import Reporter
@@ -141,16 +142,10 @@ def judge_files(
     name = file_name(file)
     with np.errstate(all="ignore"):  # numbers of a file may be as large, or as small, as doubles are
         found = judge_file(name, main, second[0] if second else None, declared)
-        passed = found.verdict.outcome is Outcome.PASS
-        few = 0 if passed or second or digits is not None else rounded_to(read[0])
-        if few:
-            read_few = read_channels(file, loaded, mapping or {}, few)
-            again = judge_file(name, placed(read_few, solution), None, declared)
-            if again.verdict.outcome is Outcome.PASS:
-                said = f"no number has more than {few} digits before the zeros at its end; if all were rounded to these"
-                plain, *_ = one_verdict(name, main, None, declared, {})
-                advice = [f"{said}, declare it (--digits {few}): then the file passes"]
-                found = replace(found, verdict=plain, mistakes=None, advice=advice)
+        few = rounded_to(read[0]) if finer is None and digits is None else 0
+        if few and found.verdict.outcome is not Outcome.PASS:
+            rounded = placed(read_channels(file, loaded, mapping or {}, few), solution)
+            found = with_fewer_digits(few, name, found, main, rounded, declared)
     if digits is not None:
         found.notes.append(f"{plural(digits, 'digit')} of each number count")
     page = None
@@ -171,6 +166,29 @@ def judge_files(
         found.notes,
         page,
     )
+
+
+def with_fewer_digits(
+    few: int, name: str, found: FileVerdict, main: Samples, rounded: Samples, declared: Declared
+) -> FileVerdict:
+    """Verdict on a file that fails; where it passes with fewer digits, advice to declare them in place of mistakes.
+
+    Parameters
+    ----------
+    few : int
+        Digits that its numbers show.
+    name : str
+    found : FileVerdict
+    main, rounded : Samples
+        The file with all of its digits, and with those.
+    declared : Declared
+    """
+    if judge_file(name, rounded, None, declared).verdict.outcome is not Outcome.PASS:
+        return found
+    said = f"no number has more than {few} digits before the zeros at its end; if all were rounded to these"
+    advice = [f"{said}, declare it (--digits {few}): then the file passes"]
+    plain, *_ = one_verdict(name, main, None, declared, {})
+    return replace(found, verdict=plain, mistakes=None, advice=advice)
 
 
 def rounded_to(channels: Channels) -> int:

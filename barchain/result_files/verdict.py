@@ -14,13 +14,7 @@ from barchain.judge.round_off import ROUND_OFF, round_off
 from barchain.judge.verdict import no_verdict
 from barchain.judge.written import Undeclared
 from barchain.metrics.quantities import TRACK, differences
-from barchain.result_files.accuracy import (
-    before_the_limit,
-    on_the_ladder,
-    other_start,
-    promised_too_much,
-    reached,
-)
+from barchain.result_files.accuracy import accuracy_of, other_start, promised_too_much, reached
 from barchain.result_files.growth import leaves_too_fast, too_fast
 from barchain.result_files.one_verdict import diagnosis, error_model, one_verdict
 from reports.results.outcome import Outcome
@@ -99,8 +93,7 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         if found.outcome is Outcome.PASS:
             notes.append("no accuracy is declared (--finer, --rtol): it agrees to its digits")
         else:
-            known = before_the_limit(name, main, declared) or on_the_ladder(name, main, declared, found)
-            found, setting, mistakes, said = known
+            found, setting, mistakes, said = accuracy_of(name, main, declared, found)
             advice.append(said)
     elif main.enough and not advice and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
