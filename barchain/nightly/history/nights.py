@@ -137,7 +137,8 @@ class NightStore:
             lacking = [file for file in (FIGURES, RECORD) if f"{name}/{file}" not in parts]
             if lacking:
                 return MISSING.format(lacking[0])
-            (record,) = self.place.read_all([f"{name}/{RECORD}"]).values()
+            file = f"{name}/{RECORD}"
+            record = self.place.read_all([file]).get(file, b"")  # another process may remove it now
             return UNREADABLE if summary_of(name, record) is None else DAMAGED
 
         torn = {name: why(name) for name in names if NIGHT_NAME.fullmatch(name)}
