@@ -173,7 +173,13 @@ class Trajectory:
         return joined
 
     def plot(
-        self, channels: Sequence[str] = (), *, bars: Sequence[int] = (), joints: Sequence[int] = (), time: str = ""
+        self,
+        channels: Sequence[str] = (),
+        *,
+        bars: Sequence[int] = (),
+        joints: Sequence[int] = (),
+        time: str = "",
+        degrees: bool = False,
     ) -> tuple[Figure, NDArray[np.object_]]:
         """Draw channels over time in Matplotlib, one chart for each component.
 
@@ -186,6 +192,8 @@ class Trajectory:
             Bars and joints that are drawn, from 1; all by default.
         time : str
             Unit of the time, ``s``, ``min``, ``h`` or ``orbits``; by default one that fits the run.
+        degrees : bool
+            Draw angles in degrees and rates in degrees a second, in place of rad and rad/s.
 
         Returns
         -------
@@ -199,7 +207,7 @@ class Trajectory:
         RuntimeError
             Before any public name of barchain is used.
         """
-        drawn: tuple[Figure, NDArray[np.object_]] = drawing("plot")(self, channels, bars, joints, time)
+        drawn: tuple[Figure, NDArray[np.object_]] = drawing("plot")(self, channels, bars, joints, time, degrees)
         return drawn
 
     def animate(self, path: str | Path, *, frame: str = "") -> Path:

@@ -95,7 +95,12 @@ def with_channel(run: Run, channel: str) -> Run:
 
 
 def plot(
-    trajectory: Trajectory, channels: Sequence[str], bars: Collection[int], joints: Collection[int], time: str
+    trajectory: Trajectory,
+    channels: Sequence[str],
+    bars: Collection[int],
+    joints: Collection[int],
+    time: str,
+    degrees: bool,
 ) -> tuple[Figure, NDArray[np.object_]]:
     """Draw a trajectory as :meth:`adapters.trajectory.Trajectory.plot`."""
     import matplotlib.pyplot as plt  # noqa: PLC0415  # chooses a backend, which files have no need of
@@ -109,7 +114,7 @@ def plot(
     runs, _ = with_channels([run_of(trajectory)], channels)
     made = plt.figure()
     try:
-        return made, draw(made, runs, channels, Chosen(bars, joints), time)
+        return made, draw(made, runs, channels, Chosen(bars, joints, degrees), time)
     except BaseException:
         plt.close(made)
         raise

@@ -93,7 +93,7 @@ def run_cost(options: Options) -> None:
 
 
 def run_releases(options: Options) -> None:
-    """Measure all releases of seven engines; a quiet machine is needed for the times."""
+    """Measure all releases of six engines; a quiet machine is needed for the times."""
     rows: list[dict[str, object]] = []
     for engine, first in STUDIED.items():
         options.tell(engine)
@@ -131,7 +131,7 @@ STAGES = (
     ),
     PictureStage("stability", "record of the stability study", run_stability),
     PictureStage("cost", "record of accuracy and cost; needs a quiet machine", run_cost),
-    PictureStage("releases", "record of the releases of seven engines; needs a quiet machine", run_releases),
+    PictureStage("releases", "record of the releases of six engines; needs a quiet machine", run_releases),
     PictureStage("report", "pictures of the report for the README", draw_report),
     PictureStage("tables", "generated tables of committed pages; takes seconds", fill_tables),
     PictureStage("pages", "gallery and pages of engines, as a build of the site writes them", write_pages),

@@ -60,6 +60,7 @@ FRAMES = ("vertical", "inertial")
               "scene of its folder in a comparison.")  # fmt: skip
 @click.option("--time", "unit", type=click.Choice(TIME_UNITS),
               help="Count the time in this unit; default: one that fits the run.")  # fmt: skip
+@click.option("--degrees", is_flag=True, help="Draw angles in degrees, and rates in degrees a second.")
 @click.option("--frame", type=click.Choice(FRAMES),
               help="Animate in the local vertical frame, or in inertial axes about the centre of mass; default: "
               "vertical where there is gravity.")  # fmt: skip
@@ -68,7 +69,7 @@ FRAMES = ("vertical", "inertial")
 def plot(
     sources: tuple[str, ...], out: Path, channels: tuple[str, ...], bars: tuple[int, ...], joints: tuple[int, ...],
     names: tuple[str, ...], settings: tuple[GivenSetting, ...], of_scene: str | None, unit: str | None,
-    frame: str | None, time_limit_s: float, overwrite: bool,
+    degrees: bool, frame: str | None, time_limit_s: float, overwrite: bool,
 ) -> None:  # fmt: skip
     """Draw each RUN (a table with the columns of `simulate`), or each SCENE as an engine runs it, into one file."""
     ending = out.suffix
@@ -77,8 +78,10 @@ def plot(
     still = ending in CHARTS
     if frame and still:
         raise click.UsageError(f"--frame goes with an animation, .gif, .mp4 or .html; --out {out} has charts")
-    if (channels or bars or joints) and ending in FILMS:
-        raise click.UsageError(f"--channel, --bar and --joint choose charts; --out {out} has none, an .html has both")
+    if (channels or bars or joints or degrees) and ending in FILMS:
+        raise click.UsageError(
+            f"--channel, --bar, --joint and --degrees are of charts; --out {out} has none, an .html has both"
+        )
     need_writable(out, "--out")
     from barchain.drawing import with_channels, write_animation, write_charts
     from barchain.record.claim import claim
@@ -93,7 +96,7 @@ def plot(
     claim([out], f"{out} is there", overwrite=overwrite)
     try:
         need_writer(ending)
-        drawn, chosen = list[Run](), Chosen(bars, joints)
+        drawn, chosen = list[Run](), Chosen(bars, joints, degrees)
         for source in sources:
             if is_file(source):
                 drawn.append(read_run(Path(source), of_scene))

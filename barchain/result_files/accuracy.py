@@ -41,12 +41,12 @@ FAR_APART = 50.0
 
 
 def promised_too_much(name: str, main: Samples, finer: Samples | None, declared: Declared) -> str:
-    """Sentence on the larger requested error with which a file passes; empty if there is none."""
+    """Sentence on the larger requested error with which a file that no mistake explains passes; empty without one."""
     promised = declared.rtol
     if finer is None and promised is not None:
         for rtol in LADDER:
             if rtol > promised and passes(name, main, declared, rtol):
-                return f"it agrees at rtol={rtol:g}"
+                return f"no known mistake explains it, and it agrees at rtol={rtol:g}"
     return ""
 
 

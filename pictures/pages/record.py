@@ -67,7 +67,7 @@ class MeasuredRecord:
 
     @cached_property
     def releases(self) -> pd.DataFrame:
-        """Releases of seven engines."""
+        """Releases of six engines."""
         return read_table("releases")
 
     @cached_property

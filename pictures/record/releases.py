@@ -49,4 +49,4 @@ def finest(times: pd.DataFrame, version: str) -> dict[str, Any]:
     if not len(own):
         return {"at": "", "ratio": math.nan}
     last = own.iloc[-1]
-    return {"at": str(last["target"]), "ratio": float(last["ratio"])}
+    return {"at": str(last["setting"]), "ratio": float(last["ratio"])}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -31,6 +31,8 @@ WORDS = {Of.BARS: "bar", Of.LAWS: "bar", Of.JOINTS: "joint"}
 UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 ORBITS = "orbits"
 TIME_UNITS = (*UNITS_S, ORBITS)
+DEGREES = {"rad": "°", "rad/s": "°/s"}
+"""Units of angles and rates in degrees, by those of the tables"""
 LEAST_ORBITS = 0.5
 """Length of a run from which on its time is counted in orbits"""
 MOST_OF_UNIT = {"s": 300.0, "min": 3.0 * 3600.0}
@@ -84,10 +86,11 @@ class TimeChart:
 
 
 class Chosen(NamedTuple):
-    """Numbers of the bars and joints that are drawn; all of them where none is named."""
+    """Numbers of the bars and joints that are drawn, all of them where none is named, and the unit of angles."""
 
     bars: Collection[int] = ()
     joints: Collection[int] = ()
+    degrees: bool = False
 
 
 EVERY = Chosen()
@@ -187,10 +190,19 @@ def charts_of(runs: Sequence[Run], channels: Sequence[str], chosen: Chosen = EVE
     for k, run in enumerate(runs):
         named = [chart for name in channels for chart in channel_charts(run.table, name, chosen)]
         for chart in named if channels else main_charts(run.table, chosen):
-            found.setdefault(chart.label, {})[k] = chart
+            shown = in_degrees(chart) if chosen.degrees else chart
+            found.setdefault(shown.label, {})[k] = shown
     if not found:
         raise DrawingError(f"{', '.join(run.name for run in runs)}: no column of a channel that is drawn by default")
     return found
+
+
+def in_degrees(chart: TimeChart) -> TimeChart:
+    """Chart of an angle or of a rate in degrees; any other chart as it is."""
+    quantity, _, unit = chart.label.rpartition(", ")
+    if unit not in DEGREES:
+        return chart
+    return replace(chart, label=f"{quantity}, {DEGREES[unit]}", values=np.degrees(chart.values))
 
 
 def fitting_unit(runs: Sequence[Run]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 import xml.etree.ElementTree as ET
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ import pytest
 from PIL import Image
 
 from barchain.cli.main import run
+from reports.motion.charts import Chosen, Run, charts_of
 from reports.plotting.palette import COLOURS
 from tests.support.page_policy import check_policy
 
@@ -52,6 +54,14 @@ def test_a_file_of_a_run_is_a_chart_with_units_and_a_description(table: Path, tm
     root = ET.parse(out).getroot()
     assert root.get("role") == "img"
     assert "attitude, rad" in str(root.get("aria-label"))
+
+
+def test_angles_and_rates_are_in_degrees_where_these_are_asked_for(table: Path) -> None:
+    kept = Run("run", pd.read_csv(table))
+    radians, degrees = (charts_of([kept], ["attitude", "rate"], Chosen(degrees=given)) for given in (False, True))
+    assert list(degrees) == ["attitude, °", "rate, °/s"]
+    for before, after in zip(radians.values(), degrees.values(), strict=True):
+        np.testing.assert_allclose(after[0].values, before[0].values * 180.0 / math.pi, rtol=1e-15)
 
 
 def test_a_chart_turns_dark_with_its_reader(table: Path, tmp_path: Path) -> None:

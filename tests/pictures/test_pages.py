@@ -22,10 +22,12 @@ from pictures.paths import GALLERY, RECORD
 from pictures.record.certified import certified_rows
 from pictures.record.comparison import row_of
 from pictures.record.files import COLUMNS, DIGITS, read_runs, read_table
+from pictures.record.releases import releases_rows
 from pictures.stages import STAGES
 from pictures.write import gallery_scenes, site_files
 from reports.results.comparison import METRIC_COLUMNS
 from scenarios import load_scene
+from tests.reports.study_pages import releases_page
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -176,3 +178,14 @@ def test_the_command_names_its_stages() -> None:
     said = CliRunner().invoke(main, ["--help"]).output
     assert all(stage.name in said for stage in STAGES)
     assert CliRunner().invoke(main, ["--only", "no-such"]).exit_code == 2
+
+
+def test_the_record_of_releases_has_the_time_at_the_finest_error_of_each(tmp_path: Path) -> None:
+    releases_page(tmp_path)
+    rows, record = releases_rows(tmp_path)
+    assert [(row["version"], row["state"], row["at"]) for row in rows] == [
+        ("1.0", "runs", "attitude<=1e-06"),
+        ("1.1", "does not run", ""),
+    ]
+    assert rows[0]["ratio"] == 3.0
+    assert record["engine"] == "box"
