@@ -17,6 +17,7 @@ from scenarios import Scene
 from scenarios.effect_types import (
     Actuator,
     Axes,
+    Course,
     Drag,
     Effects,
     End,
@@ -24,6 +25,7 @@ from scenarios.effect_types import (
     Gravity,
     Impulse,
     JointSpringDamper,
+    JointTorque,
     Oblateness,
     PrescribedRotation,
     SolarPressure,
@@ -71,6 +73,9 @@ SETS: tuple[tuple[tuple[Gravity, ...], frozenset[str]], ...] = (
     (POINTS, frozenset({"solar_pressure", "third_body"})),
 )
 """Gravity models and effects that go together. Compiled engines compile once for each set, so that there are few."""
+NEWER_FROM = 10_000
+"""Number of the first scene that may have what came later; those before stay as they were"""
+NEWER_SHARE = 0.6
 LOW_AIR_M = 500e3  # scenes with drag start below
 
 T = TypeVar("T")
@@ -81,7 +86,8 @@ def draw(seed: int) -> Scene:
 
     Two to eight unequal bars of 0.1 to 200 m at any angles and longitudes, turning at 0 to 3 times the orbital rate,
     injected at 0.9 to 1.3 times the circular speed, seen at 2 to 300 samples; effects alone and together (`SETS`). One
-    scene in ten lasts for 2 to 100 orbits, seen at 5 to 2000 samples.
+    scene in ten lasts for 2 to 100 orbits, seen at 5 to 2000 samples. From :data:`NEWER_FROM` on three in five have
+    unequal levers, a motor in a joint, or a joint that follows a law as well.
     """
     random = np.random.default_rng([seed, 13])
     models, called = choose(random, list(SETS)) if random.random() > PLAIN else (tuple(Gravity)[:3], frozenset())
@@ -98,7 +104,8 @@ def draw(seed: int) -> Scene:
     if longer.random() < LONG_SHARE:
         periods, samples = log_uniform(longer, LONG_PERIODS), round(log_uniform(longer, LONG_SAMPLES))
     timed = replace(base, run=Run(periods * base.period_s, samples))
-    return writable(replace(timed, effects=draw_effects(random, timed, called)))
+    scene = replace(timed, effects=draw_effects(random, timed, called))
+    return writable(with_newer(np.random.default_rng([seed, 15]), scene) if seed >= NEWER_FROM else scene)
 
 
 def writable(part: T) -> T:
@@ -148,6 +155,33 @@ def draw_effects(random: Generator, scene: Scene, called: frozenset[str]) -> Eff
         thrust=(draw_thrust(random, scene),) if "thrust" in called else (),
         impulse=(draw_impulse(random, scene),) if struck else (),
     )
+
+
+def with_newer(random: Generator, scene: Scene) -> Scene:
+    """Scene with unequal levers, a motor or a law of a joint; as it is if its effects exclude what is drawn."""
+    effects, chain = scene.effects, scene.chain
+    kind = choose(random, ["levers", "motor", "law"]) if random.random() < NEWER_SHARE else ""
+    if kind == "levers" and not (effects.drag or effects.solar_pressure or effects.gravity is Gravity.SLENDER):
+        return replace(scene, chain=replace(chain, com_share=listed(random.uniform(0.3, 0.7, scene.bars))))
+    if kind == "motor":
+        return replace(scene, effects=replace(effects, joint_torque=(draw_motor(random, scene),)))
+    if kind == "law" and not effects.prescribed_rotation:
+        law = draw_rotation(random, scene, int(random.integers(2, scene.bars + 1)))
+        course = choose(random, [Course.PAPER, Course.QUINTIC])
+        of_joint = replace(law, frame=Frame.PREVIOUS_BAR, actuator=Actuator.JOINT, course=course)
+        return replace(scene, effects=replace(effects, prescribed_rotation=(of_joint,)))
+    return scene
+
+
+def draw_motor(random: Generator, scene: Scene) -> JointTorque:
+    """A torque that could turn the lighter bar of a joint at up to twice the orbital rate squared."""
+    joint = int(random.integers(1, scene.bars))
+    start, end = sorted(moment(random, scene, s) for s in random.uniform(0.0, 1.0, 2))
+    if end <= start:
+        start, end = 0.0, scene.run.duration_s
+    lighter = min(scene.chain.inertia_kg_m2[joint - 1 : joint + 1])
+    torque = lighter * (scene.orbital_rate_rad_s * random.uniform(0.2, 2.0)) ** 2
+    return JointTorque(joint, (start, end), (torque, random.uniform(-1.0, 1.0) * torque))
 
 
 def draw_rotations(random: Generator, scene: Scene) -> tuple[PrescribedRotation, ...]:
