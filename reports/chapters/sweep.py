@@ -37,6 +37,8 @@ MOST_BINS, FEWEST_BINS = 40, 5
 OPACITY = 0.2
 SHADES = tuple(Colour(f"d{k}", light, dark) for k, (light, dark) in enumerate(DIGITS))
 """Colours of a map, of one hue: lightness alone tells them apart"""
+REMARK = "†"
+"""In a cell of a map some of whose runs ended early, or lack a measure"""
 BAR_PX, BAR_ROOM_PX = 12.0, 88.0
 """Width of a map's bar of colours, and of all that lies to the right of the map"""
 
@@ -159,6 +161,7 @@ def value_map(sweep: Sweep, measure: str, axes: tuple[str, str], words: str, own
     values = table.to_numpy(float)
     if not np.isfinite(values).any():
         return None
+    remarked = own[own["reason"] != ""].groupby(list(axes)).size().unstack(axes[1]).reindex_like(table).gt(0).to_numpy()
     columns, rows = (edges(index.to_numpy(float)) for index in (table.index, table.columns))
     low, high = linear_span(values[np.isfinite(values)]) if np.ptp(values[np.isfinite(values)]) == 0.0 else (
         float(np.nanmin(values)), float(np.nanmax(values)))  # fmt: skip
@@ -166,14 +169,17 @@ def value_map(sweep: Sweep, measure: str, axes: tuple[str, str], words: str, own
     chart = Chart(x, upwards(rows[0], rows[-1]))
     chart.axes(sweep.labelled(axes[0]), sweep.labelled(axes[1]))
     for (i, left, right), (j, below, above) in itertools.product(cells(x(columns)), cells(chart.y(rows))):
-        value = values[i, j]
+        value, middle = values[i, j], (0.5 * (left + right), 0.5 * (below + above) + 4.0)
         if np.isfinite(value):
             chart.area((left, right), (below, above), SHADES[shade(value, low, high)])
         else:
-            chart.text((0.5 * (left + right), 0.5 * (below + above) + 4.0), "×", "middle")
+            chart.text(middle, "×", "middle")
+        if remarked[i, j] and np.isfinite(value):
+            chart.text(middle, REMARK, "middle")
     colour_bar(chart, low, high, sweep.unit(measure))
     lost = "×: no value. " if not np.isfinite(values).all() else ""
-    note = f"{lost}{'Medians of the draws.' if sweep.drawn else ''}".strip()
+    early = f"{REMARK}: a run ended early; see the remarks. " if (remarked & np.isfinite(values)).any() else ""
+    note = f"{lost}{early}{'Medians of the draws.' if sweep.drawn else ''}".strip()
     return Panel(f"{measure}: {words}" if words else measure, chart.svg(measure), note)
 
 

@@ -305,6 +305,14 @@ def test_few_values_of_a_second_number_are_curves_and_many_make_a_map(tmp_path: 
     assert many.count("--d3:") == few.count("--d3:") >= 2
 
 
+def test_a_map_marks_the_cells_whose_run_ended_early(tmp_path: Path) -> None:
+    _, view = page_of(tmp_path, "orbit.altitude_m=1e3:5e5:3", "orbit.speed_factor=0.1:1.1:5")
+    early = [row for row in view.remarks if "surface" in row["reason"]]
+    assert early
+    assert str(view.panels[0].svg).count("†") == len(early)
+    assert "ended early" in view.panels[0].note
+
+
 def test_draws_give_a_histogram_and_quantiles(tmp_path: Path) -> None:
     html, view = page_of(tmp_path, "orbit.altitude_m=normal(4e5, 1e3)", runs=9)
     assert len(view.panels) == 2
