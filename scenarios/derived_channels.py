@@ -5,7 +5,7 @@ Nothing stores or judges them. Their functions, of the same names, are in :mod:`
 
 from __future__ import annotations
 
-from scenarios.channels import Channel, Of
+from scenarios.channels import STORED, Channel, Of, numbered_part
 
 XY = ("x", "y")
 RADIAL = ("radial", "transverse")
@@ -142,3 +142,9 @@ DERIVED = (
 )  # fmt: skip
 DERIVED_CHANNELS = {channel.name: channel for channel in DERIVED}
 """Every derived channel by its name"""
+
+
+def channel_of(name: str) -> Channel | None:
+    """Channel, stored or derived, of this name or with a column of this name; None if there is none."""
+    pattern = (numbered_part(name) or (name,))[0]
+    return next((c for c in (*STORED, *DERIVED) if name == c.name or pattern in c.columns), None)

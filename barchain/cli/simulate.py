@@ -34,17 +34,17 @@ ENDINGS = (".parquet", ".csv")
 
 
 def channel_names(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of channels of all lists, each once, before anything runs."""
+    """Names of channels of all lists, and of columns where these may be chosen, each once, before anything runs."""
     from scenarios.channels import STORED
-    from scenarios.derived_channels import DERIVED
+    from scenarios.derived_channels import DERIVED, channel_of
     from scenarios.nearest import nearest
     from scenarios.text import shorten
 
-    del context, option
+    del context
     names = tuple(dict.fromkeys(name.strip() for text in given for name in text.split(",")))
     known = [channel.name for channel in (*STORED, *DERIVED)]
     for name in names:
-        if name not in known:
+        if name not in known and not (option.name == "columns" and channel_of(name)):
             near, allowed = nearest(name, known), ", ".join(known)
             raise click.BadParameter(f"{shorten(name)}: no such channel{near}, allowed: {allowed}")
     return names
@@ -60,8 +60,8 @@ def channel_names(context: click.Context, option: click.Parameter, given: tuple[
               help="Write the samples into this table, .parquet or .csv.")  # fmt: skip
 @time_limit_option(TIME_LIMIT_S)
 @click.option("--columns", metavar="NAME", multiple=True, callback=channel_names,
-              help="Write this channel, stored or derived, e.g. joint_angle, in place of all stored ones; `barchain "
-              "explain channels` lists them. May be repeated, or a list with commas.")  # fmt: skip
+              help="Write this channel, stored or derived, e.g. joint_angle, or a column of it, joint_angle_2_rad, in place "
+              "of all stored ones; `barchain explain channels` lists them. May be repeated, or a list with commas.")  # fmt: skip
 @click.option("--condition", is_flag=True, help="Add the condition number of the joint system (reference only).")
 @overwrite_option
 def simulate(

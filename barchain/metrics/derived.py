@@ -21,7 +21,7 @@ from reference_impl.model.effect import EffectState
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
 from reference_impl.model.kinematics import consistent_state, cross, directions, relative_positions
 from scenarios.channels import CHANNELS, TIME, Of
-from scenarios.derived_channels import DERIVED_CHANNELS
+from scenarios.derived_channels import DERIVED_CHANNELS, channel_of
 from scenarios.effect_types import Gravity
 from scenarios.nearest import nearest
 from scenarios.text import shorten
@@ -396,7 +396,7 @@ def channel_columns(motion: Motion, name: str) -> dict[str, Array]:
 
 
 def chosen_columns(trajectory: Trajectory, names: Iterable[str]) -> pd.DataFrame:
-    """Table of the instants and of some channels, stored or derived, in the order of their names.
+    """Table of the instants and of some channels or single columns, stored or derived, in the order of their names.
 
     Raises
     ------
@@ -406,5 +406,13 @@ def chosen_columns(trajectory: Trajectory, names: Iterable[str]) -> pd.DataFrame
     motion = Motion(trajectory)
     found = {TIME: trajectory.t_s}
     for name in names:
-        found |= channel_columns(motion, name)
+        channel = channel_of(name)
+        own = channel_columns(motion, channel.name if channel else name)
+        if channel and name != channel.name:
+            if name not in own:
+                raise DerivedError(
+                    f"{name}: the run has no such column; of this channel it has {', '.join(own) or 'none'}"
+                )
+            own = {name: own[name]}
+        found |= own
     return pd.DataFrame(found)

@@ -249,6 +249,14 @@ def test_channels_are_chosen_in_the_order_of_their_names(five_bars: Trajectory) 
     assert len(frame.columns) == 1 + 4 + 8
 
 
+def test_one_column_of_a_channel_can_be_chosen(five_bars: Trajectory) -> None:
+    whole = chosen_columns(five_bars, ["joint_angle", "reaction"])
+    frame = chosen_columns(five_bars, ["joint_angle_2_rad", "reaction_4_y_N"])
+    assert frame.equals(whole[["t_s", "joint_angle_2_rad", "reaction_4_y_N"]])
+    with pytest.raises(DerivedError, match="of this channel it has joint_angle_1_rad"):
+        chosen_columns(five_bars, ["joint_angle_9_rad"])
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
