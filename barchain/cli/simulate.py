@@ -60,8 +60,9 @@ def channel_names(context: click.Context, option: click.Parameter, given: tuple[
               help="Write the samples into this table, .parquet or .csv.")  # fmt: skip
 @time_limit_option(TIME_LIMIT_S)
 @click.option("--columns", metavar="NAME", multiple=True, callback=channel_names,
-              help="Write this channel, stored or derived, e.g. joint_angle, or a column of it, joint_angle_2_rad, in place "
-              "of all stored ones; `barchain explain channels` lists them. May be repeated, or a list with commas.")  # fmt: skip
+              help="Write this channel, stored or derived, e.g. joint_angle, or a column of it, joint_angle_2_rad, in "
+              "place of all stored ones; `barchain explain channels` lists them. May be repeated, or a list with "
+              "commas.")  # fmt: skip
 @click.option("--condition", is_flag=True, help="Add the condition number of the joint system (reference only).")
 @overwrite_option
 def simulate(
