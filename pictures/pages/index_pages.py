@@ -35,6 +35,7 @@ FAMILIES = (
     Family("paper", "The paper's figures", "Initial states and manoeuvres of the paper, with its parameters."),
     Family("basics", "Closed forms", "Motions whose solution is known on paper, in whole or in part."),
     Family("effects", "Effects", "One effect each, or all of them at once."),
+    Family("published", "Published problems", "Problems of other people, with the numbers that they published."),
     Family("hard", "Hard scenes", "Scenes at which integrators fail: sizes, spins, mass ratios, chaos, long runs."),
 )
 """Families in the order of the index"""

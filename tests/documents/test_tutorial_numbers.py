@@ -1,9 +1,10 @@
-"""Numbers that the tutorials of an arm and a tether print, which closed forms confirm, are those on their pages."""
+"""Numbers that scripts of pages print, which closed forms or other people confirm, are those on the pages."""
 
 import sys
 
 import pytest
 
+from pictures.paths import DOCS
 from tests.documents.running import FILE, blocks, run
 from tests.documents.snippets import TUTORIALS
 
@@ -16,3 +17,12 @@ def test_the_script_of_a_tutorial_prints_the_numbers_on_its_page(name, tmp_path)
     )
     (tmp_path / FILE.match(scene).group(1)).write_text(scene, encoding="utf-8")
     assert run([sys.executable, "-c", script], tmp_path, 0) == shown
+
+
+def test_numbers_that_others_published_are_met_as_the_page_says(tmp_path):
+    shown = [block for block in blocks(DOCS / "explanation" / "external_checks.md") if block.language != "toml"]
+    scripts = list(zip(shown[::2], shown[1::2], strict=True))
+    assert len(scripts) == 5
+    for script, printed in scripts:
+        assert (script.language, printed.language) == ("python", "text")
+        assert run([sys.executable, "-c", script.text], tmp_path, 0) == printed.text
