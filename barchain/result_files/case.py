@@ -1,4 +1,7 @@
-"""Cases to take away: a folder a scene, with its problem, its certified samples, and what an answer can be held to."""
+"""Cases to take away: a folder a scene, with its problem, its certified samples, and what an answer can be held to.
+
+A case of a scene that comes with barchain has an identifier (`barchain.solutions.case_versions`).
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from importlib.metadata import distribution
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from adapters.basilisk import chain as basilisk_chain
@@ -15,11 +19,11 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.mujoco.mjcf_of_case import model_xml
 from adapters.registry import ENGINES, built_in
 from adapters.request import run_request
-from adapters.trajectory import to_frame
-from barchain.judge.error_model import ErrorModel
-from barchain.judge.written import Declared
-from barchain.metrics.quantities import TRACK
+from barchain.metrics.quantities import components
 from barchain.record.claim import claim
+from barchain.result_files.difficulty import difficulty
+from barchain.result_files.tube import Tube, curves, quantities, tube
+from barchain.solutions.case_versions import current, values, values_digest
 from reports.results.writing import make_folder, write_atomically
 from reports.text.words import escape_text
 from scenarios import scene_names
@@ -28,8 +32,11 @@ from scenarios.effect_equations import MOTION, NOTATION, laws_of
 from scenarios.toml.writing import scene_toml
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
 
+    from adapters.trajectory import Array
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
@@ -38,14 +45,19 @@ ACCURACIES = (1e-6, 1e-8, 1e-10, 1e-12)
 REQUESTED = Setting(AccuracyParameter.RTOL, 1e-10)
 """Setting in a case's request"""
 FILES = ("README.md", "scene.json", "samples.csv", "settings.json", "picture.svg", "LICENSE")
-MODEL, PROGRAM, OWN_SCENE = "chain.xml", "basilisk_chain.py", "scene.toml"
-"""Further files: of MuJoCo, of Basilisk, and of a scene that does not come with barchain"""
+MODEL, PROGRAM, OWN_SCENE, PAGE = "chain.xml", "basilisk_chain.py", "scene.toml", "compare.html"
+"""Further files: of MuJoCo, of Basilisk, of a scene that does not come with barchain, and the page that compares"""
+TUBE = "tube_{}_{}.csv"
+"""Lower and upper curves at a request"""
 BASILISK = "basilisk"
 """Engine whose program is written"""
 SAID = {"shipped": "a certified solution: quadruple precision, by equations derived apart from barchain's own"}
 
 
-def write_case(solution: ReferenceSolution, folder: Path, picture: str, *, mjcf: bool, overwrite: bool) -> list[str]:
+def write_case(
+    solution: ReferenceSolution, folder: Path, picture: str, page: str = "", *, mjcf: bool, overwrite: bool,
+    rtols: Sequence[float] = (), terms: str = "",
+) -> list[str]:  # fmt: skip
     """Write the folder of a scene.
 
     Parameters
@@ -55,11 +67,17 @@ def write_case(solution: ReferenceSolution, folder: Path, picture: str, *, mjcf:
     folder : Path
     picture : str
         Drawing of the scene in SVG, of fixed colours.
+    page : str
+        Page that compares a table, in HTML; empty without one.
     mjcf : bool
         Whether MuJoCo's model of the chain is written too, where MuJoCo carries the scene, and Basilisk's program,
         where Basilisk does.
     overwrite : bool
         Whether files of a case that are there are replaced.
+    rtols : sequence of float
+        Requested errors for which tubes are written.
+    terms : str
+        Text of the licence; default: barchain's own.
 
     Returns
     -------
@@ -74,19 +92,24 @@ def write_case(solution: ReferenceSolution, folder: Path, picture: str, *, mjcf:
         If one can't be written.
     """
     scene = solution.scene
-    named = (*FILES, MODEL, PROGRAM, OWN_SCENE)
-    claim([folder / name for name in named], f"{folder} holds a case", overwrite=overwrite)
+    named = [folder / name for name in (*FILES, MODEL, PROGRAM, OWN_SCENE, PAGE)]
+    claim([*named, *folder.glob(TUBE.format("*", "*"))], f"{folder} holds a case", overwrite=overwrite)
     request, facts = run_request(scene, REQUESTED), settings(solution)
+    tubes = [tube(solution, rtol) for rtol in rtols]
     model, program = (mujoco_model(scene), basilisk_program(scene, request)) if mjcf else ("", "")
     drawn = picture.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
     texts = {
-        "README.md": problem(scene, request, facts, solution, model=bool(model), program=bool(program)),
+        "README.md": problem(scene, request, facts, solution, model=bool(model), program=bool(program), tubes=tubes,
+                             page=bool(page)),
         "scene.json": json.dumps(request, indent=1),
         "samples.csv": samples(solution).to_csv(index=False),
         "settings.json": json.dumps(facts, indent=1),
         "picture.svg": drawn,
-        "LICENSE": distribution("barchain").read_text("licenses/LICENSE") or "",
-    } | {name: text for name, text in ((MODEL, model), (PROGRAM, program)) if text}
+        "LICENSE": terms or distribution("barchain").read_text("licenses/LICENSE") or "",
+    } | {name: text for name, text in ((MODEL, model), (PROGRAM, program), (PAGE, page)) if text}  # fmt: skip
+    for each in tubes:
+        for side, table in curves(solution, each).items():
+            texts[TUBE.format(each.name, side)] = table.to_csv(index=False)
     if scene.name not in scene_names():
         texts[OWN_SCENE] = scene_toml(scene)
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -96,28 +119,29 @@ def write_case(solution: ReferenceSolution, folder: Path, picture: str, *, mjcf:
     return list(texts)
 
 
+def error_bars(solution: ReferenceSolution) -> dict[str, Array]:
+    """Bar of each quantity's error that a case states, (n,): a proven radius would take its place here."""
+    n = len(solution.amplification)
+    return {name: bar[:n] for name, bar in solution.error.items()}
+
+
 def samples(solution: ReferenceSolution) -> pd.DataFrame:
     """Samples of a solution, with the error bar of each quantity."""
-    n = len(solution.amplification)
-    frame = to_frame(solution.trajectory.samples(slice(n)).of_run(solution.scene))
-    frame = frame[[name for name in frame if not str(name).startswith(("gap", "com_residual", "position"))]]
-    bars = {f"error_{CHANNELS[name].column_of()}": values[:n] for name, values in solution.error.items()}
-    return frame.assign(**bars)
+    bars = {f"error_{CHANNELS[name].column_of()}": bar for name, bar in error_bars(solution).items()}
+    return values(solution).assign(**bars)
+
+
+def identifier(solution: ReferenceSolution) -> str:
+    """Identifier of a case with these values; empty of other values, as those of a scene file of the same name."""
+    row = current().get(solution.scene.name)
+    return row.identifier if row and row.digest == values_digest(solution) else ""
 
 
 def settings(solution: ReferenceSolution) -> dict[str, Any]:
     """Duration, limits and tolerances for several accuracies, ready for JSON."""
-    scene, found = solution.scene, []
-    for rtol in ACCURACIES:
-        declared = Declared(rtol=rtol)
-        errors = ErrorModel(declared.engine, declared.setting, solution, solution.trajectory)
-        inside = errors.t_s <= errors.limit_s
-        allowed = {
-            name: float(bound[: errors.n][inside if name not in TRACK else slice(None)].max())
-            for name, bound in errors.bound.items()
-        }
-        found.append({"rtol": rtol, "predictability_limit_s": errors.limit_s, "largest_difference": allowed})
+    scene, tubes = solution.scene, [tube(solution, rtol) for rtol in ACCURACIES]
     return {
+        "identifier": identifier(solution),
         "scene": scene.name,
         "duration_s": scene.run.duration_s,
         "period_s": scene.period_s,
@@ -125,14 +149,57 @@ def settings(solution: ReferenceSolution) -> dict[str, Any]:
         "solution": SAID.get(str(solution.source), "barchain's reference"),
         "solution_limit_s": solution.limit_s,
         "amplification": float(solution.amplification[-1]),
+        "difficulty": difficulty(solution, tubes),
         "units": {name: UNITS[name] for name in solution.error},
-        "accuracies": found,
+        "accuracies": [
+            {
+                "rtol": each.rtol,
+                "predictability_limit_s": each.until_s,
+                "largest_difference": {name: float(np.nanmax(width)) for name, width in each.width.items()},
+            }
+            for each in tubes
+        ],
     }
+
+
+def page_data(solution: ReferenceSolution, rtols: Sequence[float]) -> dict[str, Any]:
+    """Case for a page that compares a table with it, ready for JSON: certified samples, error bars and tubes."""
+    scene, frame, bars = solution.scene, values(solution), error_bars(solution)
+    of, counted = quantities(scene), components(solution.trajectory)
+    parts: dict[str, list[list[str]]] = {name: [] for name in bars}
+    for column in (name for name in map(str, frame) if name in of):
+        name = of[column]
+        size = counted[name].shape[-1]
+        if parts[name] and len(parts[name][-1]) < size:
+            parts[name][-1].append(column)
+        else:
+            parts[name].append([column])
+    return {
+        "identifier": identifier(solution),
+        "scene": scene.name,
+        "title": scene.title,
+        "columns": {name: frame[name].tolist() for name in map(str, frame)},
+        "quantities": {
+            name: {
+                "unit": UNITS[name], "label": CHANNELS[name].shown_title, "parts": parts[name], "error": shortened(bar),
+            }
+            for name, bar in bars.items()
+        },
+        "tubes": [
+            {"name": each.name, "until_s": each.until_s, "width": {n: shortened(w) for n, w in each.width.items()}}
+            for each in (tube(solution, rtol) for rtol in rtols)
+        ],
+    }  # fmt: skip
+
+
+def shortened(bounds: Array) -> list[float | None]:
+    """Bounds to six digits; None for not-a-number."""
+    return [float(f"{value:.6g}") if np.isfinite(value) else None for value in bounds]
 
 
 def problem(
     scene: Scene, request: dict[str, Any], facts: dict[str, Any], solution: ReferenceSolution, *, model: bool,
-    program: bool,
+    program: bool, tubes: Sequence[Tube], page: bool,
 ) -> str:  # fmt: skip
     """Problem of a scene in words and equations."""
     chain = scene.chain
@@ -155,6 +222,8 @@ def problem(
         end=solution.trajectory.ended,
         every_s=scene.run.duration_s / (scene.run.samples - 1),
         model=model,
+        tubes=tubes,
+        page=PAGE if page else "",
         noise=unpacked(built_in()[BASILISK].entry)[1].noise if program else {},
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from html.parser import HTMLParser
 from typing import TYPE_CHECKING
 
@@ -17,8 +19,10 @@ class Page(HTMLParser):
 
     def __init__(self, text: str) -> None:
         super().__init__()
+        self.runs = False
         self.loads: list[str] = []
         self.before: list[str] = []
+        self.scripts: list[str] = []
         self.policies: list[str] = []
         self.feed(text)
 
@@ -32,12 +36,27 @@ class Page(HTMLParser):
         outside = [v for k, v in given.items() if k in {"src", "href", "action"} and not v.startswith("#")]
         styles = [v for k, v in given.items() if k == "style" and ("url(" in v and "url(#" not in v)]
         self.loads += [f"{tag}: {found}" for found in (*handlers, *outside, *styles)]
-        self.loads += [tag] if tag in LOADING else []
+        own_script = tag == "script" and not given.keys() - {"type", "id"}
+        self.runs = own_script and given.get("type") != "application/json"  # whose text is data
+        self.loads += [tag] if tag in LOADING and not own_script else []
+
+    def handle_data(self, data: str) -> None:
+        if self.runs:
+            self.scripts.append(data)
+
+    def handle_endtag(self, tag: str) -> None:
+        self.runs = False
 
 
-def check_policy(page: Path) -> None:
-    """Assert that a page has the policy before everything that could load, and loads nothing."""
+def check_policy(page: Path, *, scripts: int = 0) -> None:
+    """Assert that a page has the policy before everything that could load, loads nothing, and has so many scripts.
+
+    Its scripts are allowed by their hashes.
+    """
     found = Page(page.read_text(encoding="utf-8"))
-    assert found.policies == [POLICY]
+    assert len(found.scripts) == scripts
+    digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in found.scripts]
+    allowed = "".join(f" 'sha256-{digest}'" for digest in digests)
+    assert found.policies == [f"{POLICY}; script-src{allowed}" if allowed else POLICY]
     assert set(found.before) <= {"html", "head", "meta"}
     assert found.loads == []
