@@ -9,6 +9,7 @@ import re
 from typing import TYPE_CHECKING
 
 from pictures.pages import (
+    check_values,
     cost_page,
     effect_tables,
     interface_tables,
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FRAGMENTS: dict[str, Callable[[], str]] = {
+    **check_values.TABLES,
     **cost_page.TABLES,
     **effect_tables.TABLES,
     **interface_tables.TABLES,
