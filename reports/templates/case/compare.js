@@ -154,10 +154,10 @@ function show() {
   if (!given) return;
   const tube = data.tubes[byId("rtol").value], found = compared(given, tube);
   const left = found.filter(each => each.left).sort((a, b) => a.left.t - b.left.t);
-  const known = tube.until_s < end ? `, all but the centre of mass up to the predictability limit: ${instant(tube.until_s)} of ${instant(end)}` : "";
+  const known = tube.until_s < end ? `; all but the centre of mass is compared up to the predictability limit: ${instant(tube.until_s)} of ${instant(end)}` : "";
   byId("verdict").textContent = (left.length
     ? `Outside the tube of ${tube.name}: ${left.map(each => `${data.quantities[each.name].label} from ${instant(each.left.t)}`).join(", ")}`
-    : `Inside the tube of ${tube.name} in ${found.map(each => data.quantities[each.name].label).join(", ")}${known}`) + ".";
+    : `Inside the tube of ${tube.name} in ${found.map(each => data.quantities[each.name].label).join(", ")}`) + `${known}.`;
   byId("notes").replaceChildren(...given.notes.map(words => element("li", words)));
   const grid = element("div", "", {class: "grid"});
   grid.append(...found.map(each => chart(each, tube)));
