@@ -234,7 +234,12 @@ TELLING = [
 @pytest.mark.parametrize(
     "name",
     exhaustive_but(
-        (name for name in scene_names() if name.startswith(("basics/", "paper/", "effects/", "published/", "conform/"))), TELLING
+        (
+            name
+            for name in scene_names()
+            if name.startswith(("basics/", "paper/", "effects/", "published/", "conform/"))
+        ),
+        TELLING,
     ),
 )
 def test_extended_precision_meets_the_certified_solution_within_both_error_bars(name: str) -> None:
