@@ -410,7 +410,7 @@ def test_a_scene_that_a_thrust_brings_down_ends_at_the_surface_as_the_references
     assert len(seen.t_s) == len(solution.t_s) < scene.run.samples
 
 
-@pytest.mark.parametrize("name", [n for n in TAME if not n.startswith("effects/")])
+@pytest.mark.parametrize("name", [n for n in TAME if not n.startswith(("effects/", "published/"))])
 def test_a_scene_without_effects_has_no_symbol_nor_parameter_of_theirs(name):
     shape = structure_of(load_scene(name))
     assert shape == Structure(shape.bars, shape.gravity, shape.laws, shape.lands)
