@@ -292,10 +292,11 @@ def news_of(row: Level, now: Figure, *, above: bool, mended: bool) -> tuple[Figu
 def with_level(row: Level, now: Figure, tonight: Tonight, *, mended: bool, wrong: bool) -> Level:
     """State with the level that holds from a night on.
 
-    The first right run replaces the level of a wrong one, and a wrong run lowers no level. An improvement becomes the
-    level after some nights in a row, with the worst of them.
+    The first right run replaces the level of a wrong one, its verdict that of the wrong one, and a wrong run lowers no
+    level. An improvement becomes the level after some nights in a row, with the worst of them.
     """
-    if mended or (row.level.missing and not now.missing):
+    passes = now.identity.quantity == VERDICT and now.word in RIGHT and is_better(row.level, now)
+    if mended or passes or (row.level.missing and not now.missing):
         return row._replace(level=now, since=tonight.night.name, right=not wrong, better=())
     if not is_better(row.level, now) or (wrong and row.right):
         return row._replace(better=())

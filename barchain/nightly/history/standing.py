@@ -76,8 +76,8 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     """
     allowed, before, result = row.level, row.level, row.level  # what it may be, what it was; the last that is there
     opened: list[Step] = []  # steps for the worse that nobody accepted
-    covering = None
-    for step in row.steps:
+    covering, steps = None, steps_of_now(row)
+    for step in steps:
         if allowed.missing and not step.now.missing:
             allowed = result
         names = [i.name for i in names_since(step.night, row.told.identity, row.earlier)]
@@ -94,10 +94,22 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
             opened.append(step)
         before, result = step.now, (result if allowed.missing else allowed)
     if not opened and is_above(allowed, row.told):
-        opened = [row.steps[-1]]
+        opened = [steps[-1]]
     if opened or covering is None:
-        return Standing(change_since(row, allowed, opened or row.steps))
-    return Standing(change_since(row, row.level, row.steps), covering)
+        return Standing(change_since(row, allowed, opened or steps))
+    return Standing(change_since(row, row.level, steps), covering)
+
+
+def steps_of_now(row: Level) -> Sequence[Step]:
+    """Steps that lead to what a figure is now.
+
+    Of a missing one those since it is missing, of a result that is there those of results: what made a figure vanish
+    did not make it larger.
+    """
+    there = [step for step in row.steps if not step.now.missing]
+    if not row.told.missing:
+        return there or row.steps
+    return row.steps[row.steps.index(there[-1]) + 1 :] if there else row.steps
 
 
 def latest_of(known: Iterable[Acceptance]) -> Acceptance:

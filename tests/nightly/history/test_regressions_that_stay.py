@@ -50,8 +50,24 @@ def test_a_figure_that_comes_back_worse_after_a_gap_is_worse(store: NightStore) 
     store.add(night(error(1e-5), number=0))
     store.add(night(error(None, reason="NaN"), number=1))
     store.add(night(error(1e-2), number=2))
-    (change,), (state,) = judge(store).tonight, still_holding(judge(store))
-    assert (change.direction, change.was.value, state.since) == ("worse", 1e-5, store.nights()[1].name)
+    ((change,), first, last) = judge(store).tonight, store.nights()[0], store.nights()[2]
+    assert (change.direction, change.was.value, change.last, change.since) == ("worse", 1e-5, first.name, last.name)
+    assert still_holding(judge(store)) == []  # since tonight, and not since it was missing
+
+
+def test_a_figure_that_was_worse_and_is_gone_is_missing_since_it_is_gone(store: NightStore) -> None:
+    for k, figure in enumerate((error(1e-5), error(1e-4), error(None, reason="NaN"), error(None, reason="NaN"))):
+        store.add(night(figure, number=k))
+    (state,) = still_holding(judge(store))
+    assert state.now.missing
+    assert [state.last, state.since] == [each.name for each in store.nights()[1:3]]
+
+
+def test_an_engine_that_crashed_from_the_start_and_passes_once_may_not_crash_again(store: NightStore) -> None:
+    for k, word in enumerate(("failed", "failed", "pass", "failed")):
+        store.add(night(verdict(word), number=k))
+    (change,) = judge(store).tonight
+    assert (change.direction, change.was.word, change.now.word) == ("worse", "pass", "failed")
 
 
 def on_random_scene(word: str, fault: str = "") -> Figure:
