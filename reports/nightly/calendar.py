@@ -40,8 +40,10 @@ def block(days: dict[datetime.date, list[CalendarNight]], pages: Mapping[str, st
     year, first, last = min(days).year, week_of(min(days)), week_of(max(days))
     columns = (last - first).days // 7 + 1
     width, height = max(LEFT + CELL * columns + 4.0, 180.0), TOP + 7 * CELL + 2.0
+    linked = any(night.name in pages for own in days.values() for night in own)
+    role = "group" if linked else "img"  # what is inside a picture is not read out
     parts = [
-        f'<svg class="calendar" viewBox="0 0 {width:g} {height:g}" style="width:{width:g}px" role="img">',
+        f'<svg class="calendar" viewBox="0 0 {width:g} {height:g}" style="width:{width:g}px" role="{role}">',
         f"<title>Nights of {year}</title><desc>{escape(described(days))}</desc>",
         *(f'<text x="0" y="{TOP + CELL * k + 11:g}">{name}</text>' for k, name in enumerate(WEEKDAYS) if name),
         *month_words(first, columns, year),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from click.testing import CliRunner
@@ -74,6 +75,17 @@ def nightly_page(folder: Path) -> Path:
     return folder / "nightly.html"
 
 
+def results_page(folder: Path) -> Path:
+    """Results page of nights of which an engine is worse on the last, and another supports nothing."""
+    nightly_page(folder)
+    store = open_store(str(folder / "history"))
+    other = verdict("unsupported", reason="no <b>gravity</b> of points")
+    refused = replace(other, identity=replace(other.identity, engine="box"))
+    store.add(night(error(3e-5), verdict("inconsistent"), ratio(3.0), refused, number=5))
+    CliRunner().invoke(cli, ["history", "site", "--history", store.place.url, "--out", str(folder / "site")])
+    return folder / "site" / "index.html"
+
+
 PAGES: dict[str, Callable[[Path], Path]] = {
     "report": report,
     "short report": lambda folder: render(build(folder, ["basics/kepler_hyperbolic"], samples=31))[0],
@@ -91,5 +103,6 @@ PAGES: dict[str, Callable[[Path], Path]] = {
     ),
     "releases": releases_page,
     "nightly": nightly_page,
+    "results": results_page,
 }  # fmt: skip
 """Function that makes each page in an empty folder"""

@@ -1,4 +1,4 @@
-"""Documents of a stored night: nightly.json, summary.md, nightly.html, JUnit XML; and `barchain history report`."""
+"""Documents of a stored night: nightly.json, summary.md, nightly.html, JUnit XML; the results page of all nights."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ WORSE, CHANGED, NOT_PASS, NEVER = "worse", "changed", "not-pass", "never"
 PAGE, JUNIT = "nightly.html", "junit.xml"
 DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 NIGHTS = Path("nights")
+MOST_DAYS = 100_000
 MOST_SHOWN = 5
 """Changes, or verdicts, that are printed; the page has all"""
 
@@ -97,6 +98,40 @@ def tell_night(night: str, link: str | None, url: str | None) -> None:
     store = opened(url)
     judged = judge(store, night)
     say(message(night_facts(store, judged, store.night(judged.night.name)), link or ""))
+
+
+@click.command("site")
+@click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), required=True,
+              help="Write the site into this folder; pages of earlier nights that are there stay.")  # fmt: skip
+@click.option("--days", metavar="N", type=click.IntRange(1, MOST_DAYS), default=30, show_default=True,
+              help="Write the pages of the last N nights.")  # fmt: skip
+@history_option
+def results_site(out: Path, days: int, url: str | None) -> None:
+    """Write a static site of all nights: results of each engine in each scene, a table of them, the nights' pages.
+
+    It has the latest verdict, error and time at equal error, with intervals and trends, and what was not measured.
+    """
+    from barchain.nightly.history.acceptances import accepted, holding  # noqa: PLC0415
+    from barchain.nightly.history.judging import judge  # noqa: PLC0415
+    from barchain.nightly.history.news import told_by  # noqa: PLC0415
+    from barchain.nightly.telling.site import site_file  # noqa: PLC0415
+    from barchain.nightly.telling.trends import calendar  # noqa: PLC0415
+    from reports.nightly.site import write_site  # noqa: PLC0415
+    from reports.results.nights.site import FILE  # noqa: PLC0415
+
+    need_extra("junitparser")
+    store = opened(url)
+    store.check()
+    latest, nights = store.summary("latest").name, store.nights()
+    for night in nights[-days:]:
+        if night.name != latest and not (out / night.name / PAGE).is_file():
+            write_documents(store, night.name, out / night.name)
+    facts = write_documents(store, latest, out / latest)
+    pages = {night.name: f"{night.name}/{PAGE}" for night in nights if (out / night.name / PAGE).is_file()}
+    known = holding(accepted(store), datetime.datetime.now(datetime.UTC))
+    found = site_file(store, judge(store, latest), facts)
+    write_site(out, found, facts, calendar(nights, told_by(store), known), pages)
+    say(f"{out / FILE}: {len(found.pairs)} results of {len(found.nights)} nights")
 
 
 def show_night(facts: NightlyFile, page: Path) -> None:

@@ -15,7 +15,7 @@ from barchain.cli.common.options import json_option
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
-from barchain.cli.nightly.documents import report_night, tell_night
+from barchain.cli.nightly.documents import report_night, results_site, tell_night
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
@@ -149,6 +149,7 @@ history.add_command(accepted_changes)
 history.add_command(withdraw_acceptance)
 history.add_command(report_night)
 history.add_command(tell_night)
+history.add_command(results_site)
 
 
 def heading(night: Night) -> list[tuple[str, str]]:

@@ -65,7 +65,7 @@ def figures_content(night: Night) -> bytes:
     return sink.getvalue()
 
 
-def versions_of(figure: Figure, night: Night) -> str:
+def versions_of(figure: Figure, night: Night | NightSummary) -> str:
     """Versions of the distributions and programs behind a figure's engines, e.g. ``mujoco 3.3.0``."""
     parts = (night.part_named[name] for name in figure.depends if name.startswith((ENGINE, PROGRAM)))
     known = (part for part in parts if part.version or part.name.startswith(ENGINE))

@@ -221,8 +221,8 @@ class NightStore:
             self.loaded = key, read_numbers(nights, self.place, self.contents)
         return self.loaded[1]
 
-    def series(self, pattern: str) -> dict[FigureIdentity, list[tuple[NightSummary, Figure]]]:
-        """Figures whose name is `pattern`, or fits it (``*`` and ``?`` stand for any text), with their nights.
+    def series(self, *patterns: str) -> dict[FigureIdentity, list[tuple[NightSummary, Figure]]]:
+        """Figures whose name is one of `patterns`, or fits it (``*`` and ``?`` stand for any text), with their nights.
 
         Raises
         ------
@@ -235,7 +235,7 @@ class NightStore:
         def fits(key: tuple[str, ...]) -> bool:
             if key not in fitting:
                 name = identity_of(*key).name
-                fitting[key] = name == pattern or fnmatchcase(name, pattern)
+                fitting[key] = any(name == pattern or fnmatchcase(name, pattern) for pattern in patterns)
             return fitting[key]
 
         for night, content in self.contents(self.nights()):
@@ -243,8 +243,8 @@ class NightStore:
                 found[figure.identity].append((night, figure))
         if not found:
             names = [identity_of(*key).name for key in fitting]
-            there = f"{nearest(pattern, names)}; {len(names)} figures are there" if names else "; there are none"
-            raise HistoryError(f"{pattern[:80]}: no such figure{there}")
+            there = f"{nearest(patterns[0], names)}; {len(names)} figures are there" if names else "; there are none"
+            raise HistoryError(f"{patterns[0][:80]}: no such figure{there}")
         return found
 
     def prune(

@@ -54,9 +54,8 @@ def trend_charts(
         if (value == value[0]).all():
             still[chart_of(identity)] += 1
         else:
-            quantity = f"{identity.quantity}{f' ({identity.setting})' if identity.setting else ''}"
             points = thinned(at.astype(float), value / np.median(value))
-            curves[chart_of(identity)].append(TrendCurve(quantity, str(identity.kind), *map(tuple, points)))
+            curves[chart_of(identity)].append(TrendCurve(curve_name(identity), str(identity.kind), *map(tuple, points)))
     marked = marked_nights(nights, told)
     return tuple(
         TrendChart(*key, tuple(own), still[key], tuple(sorted(marked[key]))) for key, own in sorted(curves.items())
@@ -88,6 +87,11 @@ def drawn(table: NumberTable, names: Mapping[FigureIdentity, EarlierNames]) -> I
 def chart_of(identity: FigureIdentity) -> Key:
     """Scene, engine and kind of a figure: those of one chart."""
     return identity.scene, identity.engine, str(identity.kind)
+
+
+def curve_name(identity: FigureIdentity) -> str:
+    """Name of a figure's curve in its chart."""
+    return f"{identity.quantity}{f' ({identity.setting})' if identity.setting else ''}"
 
 
 def thinned(night: NDArray[np.float64], factor: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
