@@ -3,14 +3,22 @@
 # Set the paths; add `--plan FILE` for a plan of your own. The page is /srv/nights/nights/nightly.html.
 # `flock` keeps a second night from beginning beside the first one. `timeout` ends a night that hangs, as by Ctrl-C: keep its
 # limit well above the plan's minutes.
-# To tell a chat, send it what `barchain history tell --link https://example.org/nightly.html` prints: lines of at most 200
-# characters. For a phone, copy nights/nightly.html to where your web server has it: the page loads nothing.
 cd /srv/nights || exit 2
+site= # folder that your web server has, e.g. /srv/www/nights: the results page goes there
+link= # its address
+chat= # address of an incoming webhook of a chat (Slack, Mattermost, Rocket.Chat, ...): it gets a few lines
 options="--fail-on worse" # or: changed, not-pass
 [ -e begun ] && options="$options --require-history" # a lost history is told
+touch started
 said=$(flock -n -E 75 lock timeout -s INT -k 60 60m /srv/barchain/bin/barchain -q nightly --out nights $options 2>&1)
 code=$?
 [ -d nights ] && touch begun
+if [ nights/nightly.json -nt started ]; then # tonight's
+  [ -z "$site" ] || /srv/barchain/bin/barchain history site --out "$site" >/dev/null
+  [ -z "$chat" ] || /srv/barchain/bin/barchain history tell ${link:+--link "$link"} |
+    python3 -c 'import json, sys; print(json.dumps({"text": sys.stdin.read()}))' |
+    curl --fail --silent --show-error --header "Content-Type: application/json" --data-binary @- "$chat" >/dev/null
+fi
 case $code in
   0) exit 0 ;;
   75) echo "The last night still runs: no night began."; exit 75 ;;

@@ -37,7 +37,7 @@ def yaml(file: Path) -> Any:
 
 
 def github_steps(file: Path = GITHUB) -> dict[str, dict[str, Any]]:
-    (job,) = yaml(file)["jobs"].values()
+    job = next(iter(yaml(file)["jobs"].values()))
     return {step.get("name", step.get("uses")): step for step in job["steps"]}
 
 
@@ -151,6 +151,29 @@ def test_the_gitlab_night_passes_its_exit_code_on_and_allows_3(tmp_path: Path, c
     assert yaml(GITLAB)["nightly"]["allow_failure"] == {"exit_codes": [3]}
 
 
+@pytest.mark.parametrize("place", ["Tell a chat", "after nightly"])
+def test_a_chat_gets_the_night_in_a_few_lines_if_its_address_is_known(tmp_path: Path, place: str) -> None:
+    (tmp_path / "nights").mkdir()
+    (tmp_path / "nights" / "nightly.json").write_text("{}", "utf-8")
+    known = {"LINK": "https://example.org/1", "CI_JOB_URL": "https://example.org/1"}
+    assert play(shell_parts()[place], tmp_path, known).stdout == ""
+    done = play(shell_parts()[place], tmp_path, known | {"CHAT": "https://chat.example.org/hook"})
+    assert done.stdout.endswith(" --data-binary @- https://chat.example.org/hook\n")
+    assert (tmp_path / "said").read_text("utf-8") == ":history tell --link https://example.org/1\n"
+
+
+def test_both_recipes_publish_the_results_page_after_a_night_that_failed_too(tmp_path: Path) -> None:
+    github, gitlab = yaml(GITHUB)["jobs"], yaml(GITLAB)
+    assert github_steps()["Hand it to the job that publishes it"]["with"]["path"] == "site"
+    assert "history site --out site" in shell_parts()["Write the results page"]
+    assert github["pages"]["if"].startswith("always() && vars.PAGES")
+    assert "id-token" not in str(github["nightly"]) + str(yaml(GITHUB)["permissions"])
+    assert play(shell_parts()["nightly"], tmp_path, code=1).returncode == 1
+    assert ":history site --out public --days 14\n" in (tmp_path / "said").read_text("utf-8")
+    assert gitlab["pages"]["artifacts"]["paths"][0] in gitlab["nightly"]["artifacts"]["paths"]
+    assert gitlab["pages"]["rules"][-1]["when"] == "always"
+
+
 def test_the_history_is_carried_from_night_to_night_in_both_recipes() -> None:
     github = yaml(GITHUB)["jobs"]["nightly"]
     paths = {github_steps()[name]["with"]["path"] for name in ("Restore the history", "Keep the history")}
@@ -259,6 +282,16 @@ def test_the_script_of_cron_requires_a_history_once_there_is_one(tmp_path: Path)
 
 
 @needs_flock
+def test_the_script_of_cron_writes_the_results_page_of_a_night_that_was_told(tmp_path: Path) -> None:
+    body = 'echo "$@" >> said; [ "$2" = nightly ] || exit 0; mkdir -p nights; {}; exit 1'
+    assert cron(tmp_path, body.format("touch nights/nightly.json"), site="www").returncode == 1
+    assert "history site --out www\n" in (tmp_path / "said").read_text("utf-8")
+    (tmp_path / "said").unlink()
+    cron(tmp_path, body.format("echo no night began"), site="www")
+    assert "history site" not in (tmp_path / "said").read_text("utf-8")
+
+
+@needs_flock
 def test_the_script_of_cron_tells_that_the_last_night_still_runs(tmp_path: Path) -> None:
     held = cron(tmp_path, "exit 0", "flock", "lock")
     assert (held.returncode, held.stdout) == (75, "The last night still runs: no night began.\n")
@@ -272,11 +305,12 @@ def test_the_script_of_cron_ends_a_night_that_hangs(tmp_path: Path) -> None:
     assert done.stdout.startswith("The night was ended after 60 minutes.")
 
 
-def cron(folder: Path, body: str, *under: str, limit: str = "60m") -> subprocess.CompletedProcess[str]:
+def cron(folder: Path, body: str, *under: str, limit: str = "60m", site: str = "") -> subprocess.CompletedProcess[str]:
     """Run the script in a folder, under some command, with a barchain of this body."""
     program, file = folder / "barchain", folder / "nightly.sh"
     program.write_text(f"#!/bin/sh\n{body}\n", "utf-8")
     program.chmod(0o755)
     text = SCRIPT.read_text("utf-8").replace("/srv/barchain/bin/barchain", str(program)).replace(" 60m ", f" {limit} ")
+    text = text.replace("site= ", f"site={site} ")
     file.write_text(text.replace("/srv/nights ", f"{folder} "), "utf-8")
     return subprocess.run([*under, "sh", str(file)], cwd=folder, capture_output=True, text=True, check=False)
