@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from barchain.judge.checks.restart import GRADIENT_SLACK
+from barchain.judge.parted_track import EITHER_WAY
 from barchain.judge.scales import scales
+from barchain.metrics.model_difference import SECOND_MOMENT_ACCELERATION, stretched_inertia_kg_m2
 from barchain.metrics.quantities import TRACK, differences, sizes
 
 if TYPE_CHECKING:
@@ -36,11 +41,55 @@ def leaves_too_fast(main: Samples, rtol: float) -> str:
     rtol : float
         The request; 0 of a file that agrees to its digits.
     """
+    if jump := track_jump(main, rtol):
+        return jump
     known = main.solution.trajectory.t_s <= main.solution.limit_s
     own = differences(main.trajectory, main.solution.trajectory)
     seen = {quantity: off[known[: len(off)]] for quantity, off in own.items() if quantity in main.judged}
     where = too_fast(main, seen, rtol)
     return f"the file leaves the solution {where}" if where else ""
+
+
+def track_jump(main: Samples, rtol: float) -> str:
+    """Where the track leaves the solution at once, as a sentence; empty where all forces and errors allow it.
+
+    Attitudes that have parted may move the track by metres in the end, but not from one row to the next. A difference d
+    of two tracks bends by the field's gradient, at most 3 mu/r^3 times d, and by second moments at two attitudes. The
+    rest is made by errors in each row: digits, the solution's error, and those of some steps of the request.
+
+    Parameters
+    ----------
+    main : Samples
+    rtol : float
+        As of :func:`leaves_too_fast`.
+    """
+    scene, t, solution = main.solution.scene, main.trajectory.t_s, main.solution
+    if "com" not in main.judged or without_forecast(main) or len(t) < FEWEST_BEFORE:
+        return ""
+    apart, step_s = main.trajectory.com_m - solution.trajectory.com_m[: len(t)], np.diff(t)
+    bent_m_s = np.linalg.norm(np.diff(np.diff(apart, axis=0) / step_s[:, None], axis=0), axis=1)
+    off, radius = np.linalg.norm(apart, axis=1), np.linalg.norm(solution.trajectory.com_m[: len(t)], axis=1).min()
+    field = scene.central_body.mu_m3_s2 / radius**3
+    tilted = SECOND_MOMENT_ACCELERATION * field * stretched_inertia_kg_m2(scene) / scene.mass_kg / radius
+    before, after = step_s[:-1], step_s[1:]
+    # a difference of slopes is the integral of d'' under a hat from the row before to the one after
+    under_hat = before * (off[:-2] + 2.0 * off[1:-1]) / 6.0 + after * (2.0 * off[1:-1] + off[2:]) / 6.0
+    least_s = np.minimum(before, after)
+    made_m = main.written["com"] + solution.error["com"][: len(t)] + MOST_MADE * rtol * scene.radius0_m
+    free_m = least_s * (GRADIENT_SLACK * field * under_hat + EITHER_WAY * tilted * 0.5 * (before + after))
+    bent_m, allowed_m = least_s * bent_m_s, free_m + 4.0 * made_m[2:]
+    wrong = np.flatnonzero(bent_m > allowed_m)
+    if not wrong.size:
+        return ""
+    return (
+        f"the track leaves the solution by {bent_m[wrong[0]]:.3g} m from t = {t[wrong[0] + 1]:.6g} s to the next rows"
+    )
+
+
+def without_forecast(main: Samples) -> bool:
+    """Whether an error may begin at a jump of forces."""
+    effects = main.solution.scene.effects
+    return bool(effects.breaks_s or effects.drag or effects.solar_pressure)
 
 
 def too_fast(main: Samples, own: Mapping[str, Array], rtol: float = 0.0) -> str:
@@ -57,8 +106,8 @@ def too_fast(main: Samples, own: Mapping[str, Array], rtol: float = 0.0) -> str:
     rtol : float
         Error that a step in between may have made, relative to a quantity's scale.
     """
-    effects, amplification = main.solution.scene.effects, main.solution.amplification
-    if effects.breaks_s or effects.drag or effects.solar_pressure:
+    amplification = main.solution.amplification
+    if without_forecast(main):
         return ""
     size, unit = sizes(main.solution.trajectory), scales(main.solution)
     for quantity, change in own.items():

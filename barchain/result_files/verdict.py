@@ -36,6 +36,8 @@ LEAST_JUDGED = 0.25
 """Least share of the samples that must be judged where a finer file alone tells the error: both have hardly a digit"""
 ORDER_SLACK = 0.5
 """Difference of a measured order from the declared one from which on it is told"""
+EVIDENT = 100.0
+"""Least error, over digits and the solution's own error, that shows an order"""
 CONVERGES = 1.5
 """Least ratio of two files' errors that shows that the finer one has another error"""
 ROUNDED_UP = 1.1
@@ -115,7 +117,7 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     advice += [start] if start and not any(start in said for said in advice) else []
     if found.outcome is Outcome.PASS and declared.rtol is not None:
         notes += reached(name, main, declared, found)
-    notes += [*limited(found, main), *looked_at(found, main)]
+    notes += [*lower_order(found, main, finer, declared.order), *limited(found, main), *looked_at(found, main)]
     second = None if finer is None else finer.trajectory
     return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, advice, notes)
 
@@ -167,6 +169,22 @@ def other_order(verdict: Verdict, main: Samples, finer: Samples, declared: float
         return ["the errors of the finer file are larger: are the two files exchanged?"]
     shown = " and ".join(f"{order:g}" for order in sorted(orders))
     return [f"the two files show errors of order {shown}; order {declared:g} is declared"]
+
+
+def lower_order(found: Verdict, main: Samples, finer: Samples | None, declared: float | None) -> list[str]:
+    """Warning of a file that passes though both files show a lower order in all errors that stand out of rounding."""
+    if finer is None or declared is None or found.outcome is not Outcome.PASS or limited(found, main):
+        return []
+    solution, orders = main.solution, set()
+    coarse, fine = (differences(each.trajectory, solution.trajectory) for each in (main, finer))
+    for quantity in main.judged & fine.keys() & solution.error.keys():
+        known = main.written[quantity] + solution.error[quantity][: len(main.written[quantity])]
+        if fine[quantity].max() > EVIDENT * known.max():
+            orders.add(round(math.log2(coarse[quantity].max() / fine[quantity].max()), 1))
+    if not orders or max(orders) > declared - ORDER_SLACK:
+        return []
+    shown = " and ".join(f"{order:g}" for order in sorted(orders))
+    return [f"warning: the two files show errors of order {shown}; order {declared:g} is declared"]
 
 
 def as_round_off(name: str, main: Samples, finer: Samples, declared: Declared, found: Verdict) -> str:

@@ -282,6 +282,35 @@ def test_a_tail_beyond_the_limit_that_no_error_grows_into_fails(judged, how):
     assert any("far faster than errors grow" in reason for reason in found.reasons)
 
 
+@pytest.mark.parametrize("columns", [["com_x_m", "com_y_m"], ["com_x_m", "com_y_m", "com_vx_m_s", "com_vy_m_s"]])
+def test_a_track_that_moves_at_once_fails_though_parted_attitudes_could_move_it_as_far(judged, columns):
+    scene = load_scene("paper/fig05")
+    frame = to_frame(shipped_solution(scene).trajectory)[["t_s", *columns]].iloc[::5]
+    assert judged(frame, Declared(rtol=1e-10), scene=scene).passed
+    frame.loc[frame.t_s > 0.9 * scene.run.duration_s, "com_x_m"] += 5.0
+    found = judged(frame, Declared(rtol=1e-10), scene=scene)
+    assert not found.passed
+    assert any("the track leaves the solution by 5 m" in reason for reason in found.reasons)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_right_file_at_uneven_instants_passes(judged, seed):
+    """The balance of energy and momentum is a quadrature over the rows: one can't tell more than they do."""
+    scene = load_scene("effects/mid_orbit")
+    times = np.sort(np.random.default_rng(seed).uniform(0.0, scene.run.duration_s, 60))
+    motion = solution_at(shipped_solution(scene), np.append(0.0, times)).trajectory
+    frame = to_frame(motion)
+    frame = frame.drop(columns=[name for name in frame if name.startswith(("gap", "com_residual", "position"))])
+    found = judged(frame, Declared(rtol=1e-10), scene="effects/mid_orbit")
+    assert found.passed, found.reasons
+
+
+def test_two_files_that_show_a_lower_order_than_the_declared_one_are_warned_of(judged):
+    coarse, fine = (simulate("basics/libration", "mujoco", steps_per_orbit=n).to_frame() for n in (1000, 2000))
+    declared = [judged(coarse, Declared(order=order), finer=fine, scene="basics/libration") for order in (4.0, 6.0)]
+    assert [any("show errors of order" in note for note in found.notes) for found in declared] == [False, True]
+
+
 def test_a_coarse_column_hides_no_error_of_the_columns_beside_it(right, judged):
     few = right[["t_s", "angle_1_rad", "angle_2_rad"]].assign(angle_2_rad=right.angle_2_rad.round(1))
     found = judged(few)
