@@ -47,7 +47,7 @@ FILES = "BARCHAIN_ENGINES"
 """Variable that names further files with entries; the option ``--engines`` sets it for a command and its processes"""
 FILE = "engines.toml"
 """Name of the file that is read in the working folder, and in the user's folder of settings"""
-OURS = (Path(__file__).parents[1] / "basilisk" / FILE,)
+OURS = tuple(Path(__file__).parents[1] / name / FILE for name in ("basilisk", "jaxsim"))
 """Files of engines of barchain's that have an environment of their own"""
 REQUEST, SAMPLES, RESULT = "{request}", "{samples}", "{result}"
 PYTHON = "{python}"

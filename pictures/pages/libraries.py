@@ -54,6 +54,7 @@ LIBRARIES = (
                   "BSD-3-Clause; its wheel requires Mosek's, which is proprietary"),
     EngineLibrary("dart", "DART", "adapters.dart", ("dartpy",), "https://dartsim.github.io", "BSD-2-Clause"),
     EngineLibrary("basilisk", "Basilisk", "adapters.basilisk", (), "https://avslab.github.io/basilisk", "ISC"),
+    EngineLibrary("jaxsim", "JaxSim", "adapters.jaxsim", (), "https://jaxsim.readthedocs.io", "BSD-3-Clause"),
     EngineLibrary("scipy", "SciPy's solvers", "adapters.ode_solvers", ("scipy",), "https://scipy.org", "BSD-3-Clause"),
     EngineLibrary("ida", "IDA (SUNDIALS)", "adapters.ida", ("scikit-sundae",),
                   "https://github.com/NREL/scikit-sundae", "BSD-3-Clause"),
