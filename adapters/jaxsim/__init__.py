@@ -1,7 +1,7 @@
 """JaxSim: articulated-body algorithm in joint coordinates, in a freely falling frame, in a Python of its own.
 
-Formulation: a tree of links with a free base, bar 1, and a revolute joint about one axis to each further bar, built from
-SDF. Accelerations by `js.model.forward_dynamics_aba`, with the loads as forces of links and joints; reactions by
+Formulation: a tree of links with a free base, bar 1, and a revolute joint about one axis to each further bar, built
+from SDF. Accelerations by `js.model.forward_dynamics_aba`, with the loads as forces of links and joints; reactions by
 Newton's law for all bars up to a joint, relative to the frame.
 Coordinates: one end of bar 1 in the frame, bar 1's angle, and the angle at each joint. The base's quaternion is made of
 the angle for each evaluation and never integrated: attitudes keep their turns, and the motion its plane.

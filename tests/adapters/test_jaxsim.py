@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 
@@ -14,8 +16,12 @@ from adapters.jaxsim.chain import Chain, left_of, orbit
 from adapters.registry import built_in
 from adapters.request import run_request
 from barchain.conform.scenes import candidates
-from scenarios import Scene, load_scene
 from tests.support.solutions import run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenarios import Scene
 
 JAXSIM = built_in()["jaxsim"]
 MISSING = JAXSIM.missing
@@ -77,7 +83,7 @@ def test_the_frame_follows_keplers_orbit_on_every_conic(speed: float) -> None:
 @in_jaxsim
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["conform/one_bar_gradient", "conform/three_bars_gradient", "conform/together_8"])
-def test_it_agrees_with_the_certified_solution(tmp_path, name: str) -> None:
+def test_it_agrees_with_the_certified_solution(tmp_path: Path, name: str) -> None:
     found = barchain.compare([carried(name)], ["jaxsim"], tmp_path / "out")
     assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
     assert set(found.metrics.quantity) >= {"com", "attitude", "rate"}
