@@ -205,29 +205,37 @@ def accelerations_of(chain: Chain) -> Callable[..., tuple[Any, Any]]:
     """Function of an instant, the origin and a state: second derivatives of q (N + 2,), and joint forces (N - 1, 2)."""
     import jax.numpy as jnp
     import jaxsim.api as js
+    from jaxsim.rbda import aba
 
     build = js.model.JaxSimModel.build_from_model_description
-    model = build(chain.sdf, is_urdf=False, gravity=0.0, parametrized_links=())  # by default gravity is 9.8 m/s²
-    none, planar = np.zeros(1), np.array([0, 1, 5])
+    model = build(chain.sdf, is_urdf=False, parametrized_links=())
+    parameters = model.kin_dyn_parameters
 
     def accelerations(t: Any, inside: Any, origin: Any, q: Any, q_t: Any) -> tuple[Any, Any]:
         angle, rate, along, centre = chain.bars(q, q_t)
         force, torque = chain.loads(t, inside, origin, along, centre)
-        moment = torque + chain.lever * (left_of(along) * force).sum(-1)  # about the link's origin
-        data = js.data.JaxSimModelData.build(
+        c, s, w = jnp.cos(angle[0]), jnp.sin(angle[0]), rate[0]
+        (x, y), (vx, vy) = q[:2], q_t[:2]
+        base = jnp.array([[c, -s, 0.0, x], [s, c, 0.0, y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+        half = 0.5 * angle[0]
+        # velocities, accelerations and moments are those of the body's point at the frame's origin
+        moment = torque + centre[:, 0] * force[:, 1] - centre[:, 1] * force[:, 0]
+        at_origin, bend_tt = aba(
             model,
-            base_position=jnp.concatenate([q[:2], none]),
-            base_quaternion=jnp.stack([jnp.cos(0.5 * angle[0]), 0.0, 0.0, jnp.sin(0.5 * angle[0])]),
+            base_position=jnp.array([x, y, 0.0]),
+            base_quaternion=jnp.array([jnp.cos(half), 0.0, 0.0, jnp.sin(half)]),
             joint_positions=q[3:],
-            base_linear_velocity=jnp.concatenate([q_t[:2], none]),
-            base_angular_velocity=jnp.concatenate([none, none, rate[:1]]),
+            base_linear_velocity=jnp.array([vx + w * y, vy - w * x, 0.0]),
+            base_angular_velocity=jnp.array([0.0, 0.0, w]),
             joint_velocities=q_t[3:],
-            velocity_representation=js.common.VelRepr.Mixed,  # at the link's origin, in the frame's axes
+            joint_transforms=parameters.joint_transforms(joint_positions=q[3:], base_transform=base),
+            joint_forces=chain.joint_torques(t, inside, q[3:], q_t[3:]),
+            link_forces=jnp.concatenate([force, np.zeros((len(force), 3)), moment[:, None]], axis=1),
+            standard_gravity=0.0,  # 9.8 m/s² by default
         )
-        wrench = jnp.concatenate([force, np.zeros((len(force), 3)), moment[:, None]], axis=1)
-        turned = chain.joint_torques(t, inside, q[3:], q_t[3:])
-        base, bend_tt = js.model.forward_dynamics_aba(model, data, joint_forces=turned, link_forces=wrench)
-        q_tt = jnp.concatenate([base[planar], bend_tt])
+        ax, ay, w_t = at_origin[0], at_origin[1], at_origin[5]
+        end_tt = jnp.array([ax - w_t * y - w * vy, ay + w_t * x + w * vx, w_t])
+        q_tt = jnp.concatenate([end_tt, bend_tt])
         bar_tt = jnp.cumsum(q_tt[2:])[:, None] * left_of(along) - (rate**2)[:, None] * along
         gained = chain.mass[:, None] * chain.along_bars(q_tt[:2], bar_tt) - force
         return q_tt, jnp.cumsum(gained, axis=0)[:-1]  # Newton's law for all bars up to the joint
@@ -235,43 +243,47 @@ def accelerations_of(chain: Chain) -> Callable[..., tuple[Any, Any]]:
     return accelerations
 
 
-def compiled_run(accelerations: Callable[..., Any], track: Any, h: float, every: int, start: Any) -> Callable[..., Any]:
+def compiled_run(
+    accelerations: Callable[..., Any], track: Any, step_s: float, every: int, start: Any
+) -> Callable[..., Any]:
     """Function from the state (2, N + 2) at the start to states and joint forces at all samples.
 
-    `track` has the origin at each half of a step of `h` s, and a sample is taken after each `every` steps.
+    The classical Runge-Kutta method of order 4. Its stages are a loop, with a fifth for the joint forces at a sample,
+    so that accelerations are compiled once. `track` has the origin at each half of a step, and a sample is taken after
+    each `every` steps.
     """
     import jax
     import jax.numpy as jnp
 
-    origin, last = jnp.array(track), (len(track) - 1) // (2 * every)
+    origin, samples = jnp.array(track), (len(track) - 1) // (2 * every) + 1
+    ahead, half = jnp.array([0.0, 0.5, 0.5, 1.0, 0.0]), jnp.array([0, 1, 1, 2, 2])
+    weight = jnp.array([1.0, 2.0, 2.0, 1.0, 0.0]) / 6.0
 
-    def step(state: Any, k: Any) -> tuple[Any, None]:
-        """The classical Runge-Kutta method of order 4; its stages are a loop, so that they are compiled once."""
+    def step(k: Any, carried: Any, h: Any, end: Any) -> Any:
+        """State after step `k`, which takes `h` s, and the joint forces there if the next step is `end`."""
+        state, force = carried
 
-        def stage(carried: Any, x: Any) -> tuple[Any, None]:
-            (slope, total), (ahead, weight, half) = carried, x
-            q, q_t = state + ahead * h * slope
-            q_tt, _ = accelerations(0.5 * h * (2 * k + half), h * (k + 0.5), origin[2 * k + half], q, q_t)
+        def stage(i: Any, found: Any) -> Any:
+            slope, total, _ = found
+            q, q_t = state + h * (ahead[i] * slope + (i == 4) * total)
+            middle, later = jnp.maximum(k, 0) + 0.5, 2 * k + half[i]  # an event at a sample is yet to come
+            q_tt, force = accelerations(0.5 * step_s * later, step_s * middle, origin[later], q, q_t)
             slope = jnp.stack([q_t, q_tt])
-            return (slope, total + weight * slope), None
+            return slope, total + weight[i] * slope, force
 
-        stages = (np.array([0.0, 0.5, 0.5, 1.0]), np.array([1.0, 2.0, 2.0, 1.0]) / 6.0, np.array([0, 1, 1, 2]))
-        (_, total), _ = jax.lax.scan(stage, (0.0 * state, 0.0 * state), stages)
-        return state + h * total, None
+        none, stages = 0.0 * state, jnp.where(k + 1 == end, 5, 4)
+        _, total, force = jax.lax.fori_loop(0, stages, stage, (none, none, force))
+        return state + h * total, force
 
-    def joint_forces(state: Any, k: Any) -> Any:
-        """Forces at the end of step `k`, just before an event there; at the start just after."""
-        return accelerations(h * k, h * (jnp.maximum(k, 1) - 0.5), origin[2 * k], *state)[1]
-
-    def sample(state: Any, k: Any) -> tuple[Any, tuple[Any, Any]]:
-        """State after the steps of interval `k`; state and joint forces at its beginning."""
-        after, _ = jax.lax.scan(step, state, k * every + jnp.arange(every))
-        return after, (state, joint_forces(state, k * every))
+    def sample(carried: Any, k: Any) -> tuple[Any, Any]:
+        """State and joint forces at sample `k`; the first one is the end of a step of no length."""
+        begin, end, h = jnp.where(k == 0, -1, (k - 1) * every), k * every, jnp.where(k == 0, 0.0, step_s)
+        after = jax.lax.fori_loop(begin, end, lambda i, now: step(i, now, h, end), carried)
+        return after, after
 
     def run(state: Any) -> Any:
-        end, seen = jax.lax.scan(sample, state, jnp.arange(last))
-        final = (end, joint_forces(end, jnp.array(last * every)))
-        return [jnp.concatenate([a, b[None]]) for a, b in zip(seen, final, strict=True)]
+        nothing = jnp.zeros((state.shape[1] - 3, 2))
+        return jax.lax.scan(sample, (state, nothing), jnp.arange(samples))[1]
 
     return jax.jit(run).lower(start).compile()
 
