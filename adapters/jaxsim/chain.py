@@ -285,7 +285,8 @@ def compiled_run(
         nothing = jnp.zeros((state.shape[1] - 3, 2))
         return jax.lax.scan(sample, (state, nothing), jnp.arange(samples))[1]
 
-    return jax.jit(run).lower(start).compile()
+    compiled: Callable[..., Any] = jax.jit(run).lower(start).compile()
+    return compiled
 
 
 def simulate(request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
