@@ -17,9 +17,9 @@ Not supported: prescribed rotations, as forward dynamics takes torques; gravity 
 impulses, which the program does not set up; and the instant at the surface.
 
 Traps: gravity is 9.8 m/s² by default. Links without mass are left out with their joints, so that a planar base of two
-massless slides is none. Damping and limits of joints act in JaxSim's own step, and not in forward dynamics.
-Velocities, accelerations and moments of `rbda.aba` are those of the body's point at the world's origin; those of
-`js.model` count in the representation of the data, in the mixed one at a link's origin. The base's matrix is singular for a rod without inertia
-about its own axis. JaxSim turns on float64, unless the variable JAX_ENABLE_X64 is 0. Each number of bars and of
+massless slides is none. Damping and limits of joints act in JaxSim's own step, and not in forward dynamics. Velocities,
+accelerations and moments of `rbda.aba` are those of the body's point at the world's origin; those of `js.model` count
+in the representation of the data, in the mixed one at a link's origin. The base's matrix is singular for a rod without
+inertia about its own axis. JaxSim turns on float64, unless the variable JAX_ENABLE_X64 is 0. Each number of bars and of
 samples, and each scene, is built and compiled anew (docs/engines/measurements.md).
 """
