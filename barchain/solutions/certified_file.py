@@ -102,7 +102,12 @@ def write_file(path: Path, table: CertifiedTable, solution: ReferenceSolution | 
         at_own = {name: rounded_up(values[:own]) for name, values in columns.items()}
         rows = np.arange(own) * every
         parts.insert(0, to_frame(solution.fine).join(pd.DataFrame(at_own, index=rows, dtype=float)))
-    frame = pd.concat(parts, ignore_index=True)
+    write_frame(path, head, pd.concat(parts, ignore_index=True))
+
+
+def write_frame(path: Path, head: Head, frame: pd.DataFrame) -> None:
+    """Write attributes and columns with their checksum, and make the folder."""
+    frame.attrs.clear()
     frame.attrs.update(head | {CHECKSUM: checksum(head, frame)})
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, parquet(frame, **COMPRESSED))

@@ -1,0 +1,1 @@
+"""Rigorous enclosures of a chain's motion: ball arithmetic (python-flint), and equations of their own derivation."""

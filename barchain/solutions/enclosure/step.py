@@ -1,0 +1,314 @@
+r"""One step of an enclosure: Taylor series of the centre, a bound on its remainder, and the growth of the radii.
+
+A state is a centre c, exact numbers, and radii r: the solution is within r_i of c_i. Let p be the Taylor polynomial of
+the solution through c, in balls, of order N - 1 in the rates. Its accelerations depart from the equations' by
+d(t) = f(p(t)) - p''(t), whose first N - 1 coefficients are zero by the choice of p.
+
+*Remainder.* Where f(p(t)) is analytic in the disc |t| <= rho, Schwarz' lemma gives |d(t)| <= D (|t|/rho)^(N-1) with D
+the largest |d| on the circle, which complex balls on arcs bound. It is analytic if nothing the equations divide by
+vanishes in the disc. Determinants and squares of distances are analytic themselves; one whose real part, over its value
+at the centre, is positive on the circle has that inside as well.
+
+*Growth.* Let the matrix G bound the derivatives of the equations along p: G_ij >= |df_i/dy_j|, on the diagonal
+G_ii >= df_i/dy_i. A solution that starts within r of c stays within e^(Gt) r + e^(|G|h) D h (h/rho)^(N-1)/N of p: each
+component of the distance grows no faster than the comparison system's. The second coefficients of the same series, of
+balls that contain p over a part of the step, are the derivatives. They hold as long as the solution stays in a tube
+about p, which the bound itself shows.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flint import acb, acb_poly, arb, arb_mat, arb_poly, ctx
+
+from barchain.solutions.enclosure.equations import State
+from barchain.solutions.enclosure.forces import number
+from barchain.solutions.enclosure.series import Balls, Tape, TooWideError, coefficient
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.solutions.enclosure.equations import Equations
+    from barchain.solutions.enclosure.series import Number
+
+ROUGH_BITS = 64
+"""Precision of bounds"""
+TUBE = 2.0**-40
+"""Radius of the tube about the path, in radians and lengths of the chain, and of their rates over the fastest one"""
+MOST_PIECES, MODERATE, WORTH = 256, 50.0, 0.7
+"""Most parts of a step for its growth; a factor of growth that needs no more; the least gain that is worth more"""
+LONGEST = 0.5
+"""Longest step over the radius of the circle"""
+TRIALS = [(share, arcs) for share in (0.8, 0.65, 0.5, 0.4, 0.3, 0.2, 0.1) for arcs in (32, 96)]
+"""Radii of the circle, over the estimated radius of convergence, and numbers of arcs"""
+BEYOND = 1.0 + 2.0**-20
+"""Widening of arcs, parts and circles, far above the rounding of their places"""
+HOPE = 8
+"""Steps after which a larger circle is tried"""
+
+
+class FaceTurnedError(TooWideError):
+    """A speed or cosine that decides on a face may be zero."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Solutions over one step: within radii of polynomials in the time since its start."""
+
+    start_s: float
+    end_s: float
+    polynomials: list[arb_poly]
+    growth: arb_mat
+    """G"""
+    radius: arb_mat
+    """(k, 1) at the start"""
+    remainder: arb_mat
+    """(k, 1) of the polynomials, at any instant of the step"""
+
+    def radii(self, t_s: float) -> list[arb]:
+        """Distance of the solutions from the polynomials at an instant."""
+        bits, ctx.prec = ctx.prec, ROUGH_BITS
+        grown = (self.growth * (number(t_s) - number(self.start_s))).exp() * self.radius + self.remainder
+        ctx.prec = bits
+        return [grown[i, 0] for i in range(grown.nrows())]
+
+    def at(self, t_s: float) -> list[arb]:
+        """Unknowns at an instant, as balls."""
+        since = number(t_s) - number(self.start_s)
+        return [p(since) + plus_minus(r) for p, r in zip(self.polynomials, self.radii(t_s), strict=True)]
+
+
+def plus_minus(radius: Number) -> arb:
+    """Ball about zero."""
+    return arb(0, arb(radius).upper())
+
+
+def column(values: Sequence[Number]) -> arb_mat:
+    """Column of upper bounds."""
+    return arb_mat(len(values), 1, [arb(x).upper() for x in values])
+
+
+class Stepper:
+    """Steps of one piece of a run, between two breaks of the effects."""
+
+    def __init__(self, equations: Equations, scales: tuple[float, float], bits: int, order: int) -> None:
+        """Record the equations on a tape; `scales` are a length and a rate."""
+        self.equations, self.bits, self.order, n = equations, bits, order, equations.bars
+        self.tape = Tape()
+        self.time = self.tape.variable()
+        self.series = [self.tape.variable() for _ in range(4 + 2 * n)]
+        motion = equations.motion(self.tape, State.of(self.time, self.series))
+        self.slopes, self.watched = [*motion.fall, *motion.turn], list(equations.forces.watched)
+        self.first, self.second = [0, 1, *range(4, 4 + n)], [2, 3, *range(4 + n, 4 + 2 * n)]
+        """Unknowns that are positions, and their rates"""
+        length_m, rate_rad_s = scales
+        sizes = [length_m] * 2 + [length_m * rate_rad_s] * 2 + [1.0] * n + [rate_rad_s] * n
+        self.tube = [number(TUBE * x) for x in sizes]
+        self.trial = self.steps = 0
+        self.pieces = 1
+
+    def set(self, time: Sequence[arb], rows: Sequence[Sequence[arb]]) -> None:
+        """First coefficients of the time and of all unknowns."""
+        self.tape.clear()
+        self.time.c[:] = time
+        for series, row in zip(self.series, rows, strict=True):
+            series.c[:] = row
+
+    def polynomials(self, start_s: float, centre: Sequence[arb]) -> list[arb_poly]:
+        """Taylor polynomials of the solution through `centre`: order N of positions, N - 1 of rates."""
+        self.set([number(start_s)], [[x] for x in centre])
+        for k in range(self.order - 1):
+            self.tape.advance(k)
+            for i, j, slope in zip(self.first, self.second, self.slopes, strict=True):
+                self.series[i].c.append(self.series[j].c[k] / (k + 1))
+                self.series[j].c.append(coefficient(slope, k) / (k + 1))
+            self.time.c.append(arb(0 if k else 1))
+        for i, j in zip(self.first, self.second, strict=True):
+            self.series[i].c.append(self.series[j].c[-1] / self.order)
+        return [arb_poly(series.c) for series in self.series]
+
+    def convergence_s(self, polynomials: list[arb_poly]) -> float:
+        """Estimate of the radius of convergence, by the last coefficients of the rates over the first."""
+        found = [1e6]
+        for j in self.second:
+            c = polynomials[j].coeffs()
+            largest = max((float(x.abs_upper()) for x in c[:2]), default=0.0)
+            tail = [k for k in range(max(len(c) - 4, 2), len(c)) if largest and c[k].abs_lower() > 0]
+            found += [math.exp(float((c[k].abs_upper() / largest).log()) / -k) for k in tail]
+        return min(found)
+
+    def defect(self, start_s: float, polynomials: list[arb_poly], rho_s: float, arcs: int) -> list[arb]:
+        """Bounds D of the defects of all accelerations on a circle.
+
+        The equations are real: the upper half of the circle has all sizes.
+
+        Raises
+        ------
+        TooWideError
+            If something that the equations divide by may vanish in the disc.
+        """
+        width, rho = number(rho_s * math.pi / (2 * arcs) * BEYOND), number(rho_s)
+        paths = [Neighbourhood(p, rho) for p in polynomials]
+        slopes = [Neighbourhood(polynomials[j].derivative(), rho) for j in self.second]
+        centre, found = Balls(), [arb(0)] * len(slopes)
+        self.equations.motion(centre, State.of(number(start_s), [p(0) for p in polynomials]))
+        for m in range(arcs):
+            angle = arb.pi() * (2 * m + 1) / (2 * arcs)
+            at, ops = acb((angle.cos() * rho).mid(), (angle.sin() * rho).mid()), Balls()
+            time = around(at, width) + number(start_s)
+            seen = self.equations.motion(ops, State.of(time, [p(at, width) for p in paths]))
+            if not all((x / x0).real > 0 for x, x0 in zip(ops.determinants, centre.determinants, strict=True)):
+                raise TooWideError("a determinant may vanish in the disc")
+            off = [a - slope(at, width) for a, slope in zip([*seen.fall, *seen.turn], slopes, strict=True)]
+            found = [f.max(x.abs_upper()) for f, x in zip(found, off, strict=True)]
+        if not all(x.is_finite() for x in found):
+            raise TooWideError("no bound on the circle")
+        return [x.upper() for x in found]
+
+    def circle(self, start_s: float, polynomials: list[arb_poly]) -> tuple[float, list[arb]]:
+        """Radius of a circle on which the defects are bounded, and the bounds.
+
+        The first trial is that of the last step, now and then a larger one.
+
+        Raises
+        ------
+        TooWideError
+            If there is none.
+        """
+        radius_s = self.convergence_s(polynomials)
+        if not self.steps % HOPE:
+            self.trial = max(self.trial - 2, 0)
+        while self.trial < len(TRIALS):
+            share, arcs = TRIALS[self.trial]
+            rho_s = float(f"{radius_s * share:.3g}")
+            try:
+                return rho_s, self.defect(start_s, polynomials, rho_s, arcs)
+            except TooWideError:
+                self.trial += 1
+        raise TooWideError("no circle on which the equations are bounded")
+
+    def growth(self, start_s: float, polynomials: list[arb_poly], length_s: float, pieces: int) -> arb_mat:
+        """Bound G of the derivatives along a step.
+
+        Raises
+        ------
+        TooWideError
+            If a ball is too wide.
+        FaceTurnedError
+            If a bar may turn its other face.
+        """
+        size, half = len(self.series), number(length_s / (2 * pieces) * BEYOND)
+        paths = [Neighbourhood(p, number(length_s)) for p in polynomials]
+        zero, one = arb(0), arb(1)
+        found = [[arb("-inf") if i == j else zero for j in range(size)] for i in range(size)]
+        for m in range(pieces):
+            at = number(length_s * (2 * m + 1) / (2 * pieces))
+            time = at + number(start_s) + plus_minus(half)
+            state = [p.real(at, half) + plus_minus(r) for p, r in zip(paths, self.tube, strict=True)]
+            self.set([time], [[x] for x in state])
+            self.tape.advance(0)
+            signs = self.equations.forces.faces
+            if not all(coefficient(x, 0) * sign > 0 for x, sign in zip(self.watched, signs, strict=True)):
+                raise FaceTurnedError("a bar may turn its other face to the air or the Sun")
+            for j in range(size):
+                self.tape.cut(1)
+                self.time.c[:] = [time, zero]
+                for i, series in enumerate(self.series):
+                    series.c[:] = [state[i], one if i == j else zero]
+                self.tape.advance(1)
+                for i, slope in zip(self.second, self.slopes, strict=True):
+                    x = coefficient(slope, 1)
+                    found[i][j] = found[i][j].max(x if i == j else abs(x)).upper()
+        for i, j in zip(self.first, self.second, strict=True):
+            found[i][i], found[i][j] = zero, one
+        if not all(x.is_finite() for row in found for x in row):
+            raise TooWideError("no bound on the derivatives")
+        return arb_mat(found)
+
+    def step(self, start_s: float, end_s: float, centre: list[arb], radius: arb_mat) -> Path:
+        """Path of the solutions from a ball, at most to an instant.
+
+        Raises
+        ------
+        TooWideError
+            If the ball is too wide, or no step is short enough.
+        """
+        ctx.prec = self.bits
+        polynomials = self.polynomials(start_s, centre)
+        ctx.prec = ROUGH_BITS
+        rho_s, defect = self.circle(start_s, polynomials)
+        share = (arb(2) ** -self.bits * self.order / max(map(float, defect)) / number(rho_s)).log() / self.order
+        length_s = rho_s * min(LONGEST, math.exp(float(share)))
+        stop_s = end_s if start_s + 1.01 * length_s >= end_s else start_s + length_s
+        h = number(stop_s) - number(start_s)
+        growth = self.least_growth(start_s, polynomials, h)
+        factor = h * (h / number(rho_s)) ** (self.order - 1) / self.order
+        left = [arb(0)] * len(self.series)
+        for i, x in zip(self.second, defect, strict=True):
+            left[i] = x * factor
+        exponential = (magnitudes(growth) * h).exp()
+        within = exponential * (radius + column(left))
+        if not all(within[i, 0] < tube for i, tube in enumerate(self.tube)):
+            raise TooWideError(f"the ball is too wide at {stop_s:.6g} s: more bits are needed")
+        remainder = exponential * column(left)
+        ctx.prec = self.bits
+        self.steps += 1
+        return Path(start_s, stop_s, polynomials, growth, radius, column([remainder[i, 0] for i in range(len(left))]))
+
+    def least_growth(self, start_s: float, polynomials: list[arb_poly], h: arb) -> arb_mat:
+        """Bound G from as many parts of the step as lessen it; the first trial has half as many as the last step.
+
+        Raises
+        ------
+        TooWideError
+            If there is none.
+        """
+        self.pieces, best, least, reason = max(self.pieces // 2, 1), None, math.inf, None
+        while self.pieces <= MOST_PIECES:
+            try:
+                found: arb_mat | None = self.growth(start_s, polynomials, float(h.upper()), self.pieces)
+                assert found is not None
+                grown = (magnitudes(found) * h).exp() * column(self.tube)
+                factor = max(float(grown[i, 0] / tube) for i, tube in enumerate(self.tube))
+            except TooWideError as error:
+                found, factor, reason = None, math.inf, error
+            stale = factor > WORTH * least
+            best, least = (found, factor) if factor < least else (best, least)
+            if best is not None and (stale or least < MODERATE):
+                return best
+            self.pieces *= 2
+        if best is None:
+            raise reason or TooWideError("no bound on the derivatives")
+        return best
+
+
+def magnitudes(matrix: arb_mat) -> arb_mat:
+    """Absolute values."""
+    return arb_mat([[abs(matrix[i, j]) for j in range(matrix.ncols())] for i in range(matrix.nrows())])
+
+
+class Neighbourhood:
+    """A polynomial near points: its value there, widened by a bound of its slope."""
+
+    def __init__(self, polynomial: arb_poly, radius: arb) -> None:
+        """Bound the slope within `radius` of zero, and a little beyond."""
+        sizes = [arb(x.abs_upper()) for x in polynomial.derivative().coeffs()]
+        self.polynomial = arb_poly([+x for x in polynomial.coeffs()])
+        self.complex_polynomial = acb_poly(self.polynomial)
+        self.slope = arb_poly(sizes)(radius * BEYOND).abs_upper()
+
+    def __call__(self, at: acb, width: arb) -> acb:
+        """Ball of the values within `width` of a complex number."""
+        return around(self.complex_polynomial(at), self.slope * width)
+
+    def real(self, at: arb, width: arb) -> arb:
+        """Ball of the values within `width` of a real number."""
+        return self.polynomial(at) + plus_minus(self.slope * width)
+
+
+def around(x: acb, width: Number) -> acb:
+    """Complex ball that contains all numbers within `width` of `x`."""
+    return acb(x.real + plus_minus(width), x.imag + plus_minus(width))
