@@ -24,6 +24,7 @@ from barchain.runs.run import keep_run
 from barchain.runs.tasks import limit_of, run_task
 from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.judging import SolutionFailedError, solution_case
+from barchain.solutions.proof import proven_words
 from barchain.solutions.reference import closely_sampled
 from barchain.studies.comparison.plan import SceneProgress
 from barchain.studies.comparison.run import Comparison, ComparisonResult
@@ -148,6 +149,9 @@ def judge_files(
             found = with_fewer_digits(few, name, found, main, rounded, declared)
     if digits is not None:
         found.notes.append(f"{plural(digits, 'digit')} of each number count")
+    proven = proven_words(loaded)
+    if proven:
+        found.notes.append(proven)
     page = None
     if out is not None:
         study = FileComparison([loaded], {}, name=name, found=found)

@@ -46,6 +46,7 @@ from barchain.solutions.judging import (
     error_bar,
     establish_certified,
 )
+from barchain.solutions.proof import MISSING, check_proof
 from barchain.solutions.reference import closely_sampled
 
 if TYPE_CHECKING:
@@ -284,7 +285,7 @@ def check(scene: Scene) -> CommittedTableCheck:
     again = make(scene)
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
         return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {maker(name)}")
-    table = CommittedTableCheck(name, shares(kept, again))
+    table = CommittedTableCheck(name, shares(kept, again), "" if MISSING else check_proof(scene, path))
     judge = shipped_solution(closely_sampled(scene)) if table.agrees else None
     if judge is None:
         return table

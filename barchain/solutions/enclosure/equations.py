@@ -15,7 +15,6 @@ M Z_0'' = sum F_j, and reactions follow from Newton's law of one bar after the o
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -34,24 +33,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class State:
-    """Unknowns of the motion, as balls or series: (2,), (2,), (N,), (N,)."""
+    """Unknowns of the motion, as balls or series: (2,), (2,), (N,), (N,), and (N - 1,) angles from that of bar 1.
+
+    Wide balls lose the difference of angles that turn together: it is given besides.
+    """
 
     t: Number
     place: list[Number]
     velocity: list[Number]
     angle: list[Number]
     rate: list[Number]
+    bend: list[Number]
 
     @classmethod
-    def of(cls, t: Number, values: Sequence[Number]) -> State:
+    def of(cls, t: Number, values: Sequence[Number], bend: Sequence[Number] | None = None) -> State:
         """State from a row of all unknowns."""
         n = len(values) // 2 - 2
-        return cls(t, list(values[:2]), list(values[2:4]), list(values[4 : 4 + n]), list(values[4 + n :]))
-
-    @property
-    def row(self) -> list[Number]:
-        """All unknowns."""
-        return [*self.place, *self.velocity, *self.angle, *self.rate]
+        place, velocity, angle, rate = (list(values[a:b]) for a, b in ((0, 2), (2, 4), (4, 4 + n), (4 + n, 4 + 2 * n)))
+        return cls(t, place, velocity, angle, rate, [x - angle[0] for x in angle[1:]] if bend is None else list(bend))
 
 
 @dataclass(frozen=True)
@@ -131,7 +130,8 @@ class Equations:
         loads = [(force, own + joint) for (force, own), joint in zip(loads, torque, strict=True)]
         seconds = [self.law(ops, law, s.t) for law in self.laws]
         common = self.forces.common(ops, (s.place[0], s.place[1]))
-        return self.solved(ops, bars, loads, common, seconds, [w * w for w in s.rate], reactions=reactions)
+        waves = [ops.sin_cos(bend) for bend in s.bend]
+        return self.solved(ops, bars, waves, loads, common, seconds, [w * w for w in s.rate], reactions=reactions)
 
     def jump(self, ops: Balls, s: State, impulses: Sequence[Impulse]) -> Motion:
         """Jumps of velocity and rates by impulses, and impulsive reactions: the equations' integral over an instant.
@@ -139,21 +139,25 @@ class Equations:
         Impulses take the place of forces; what stays finite drops out, and so do velocities.
         """
         zero = arb(0)
-        bars = self.geometry(ops, State(s.t, s.place, [zero] * 2, s.angle, [zero] * self.bars))
+        bars = self.geometry(ops, State(s.t, s.place, [zero] * 2, s.angle, [zero] * self.bars, s.bend))
         loads: list[Load] = [((zero, zero), zero)] * self.bars
         for push in impulses:
             j = push.bar - 1
             (x, y), moment = self.forces.push(ops, push, number(push.impulse_N_s), bars[j])
             loads[j] = ((loads[j][0][0] + x, loads[j][0][1] + y), loads[j][1] + moment)
-        return self.solved(ops, bars, loads, (zero, zero), [zero] * len(self.laws), [zero] * self.bars, reactions=True)
+        waves = [ops.sin_cos(bend) for bend in s.bend]
+        return self.solved(
+            ops, bars, waves, loads, (zero, zero), [zero] * len(self.laws), [zero] * self.bars, reactions=True
+        )
 
     def solved(
-        self, ops: Balls | Tape, bars: list[BarState], loads: list[Load], common: Pair, seconds: list[Number],
-        square: list[Number], *, reactions: bool,
+        self, ops: Balls | Tape, bars: list[BarState], waves: list[Pair], loads: list[Load], common: Pair,
+        seconds: list[Number], square: list[Number], *, reactions: bool,
     ) -> Motion:  # fmt: skip
         """Lagrange's equations with loads, a common acceleration, second derivatives of laws and squares of rates.
 
-        The common acceleration moves the centre of mass alone: sum_j m_j S_jk = 0.
+        The common acceleration moves the centre of mass alone: sum_j m_j S_jk = 0. `waves` are sines and cosines of the
+        angles from that of bar 1.
         """
         n = self.bars
         x, y = ([force[k] for force, _ in loads] for k in (0, 1))
@@ -164,10 +168,12 @@ class Equations:
             dot(bar.n, (summed(column, x), summed(column, y))) + torque
             for bar, column, (_, torque) in zip(bars, self.column, loads, strict=True)
         ]
-        for i, k in itertools.combinations(range(n), 2):
-            matrix[i][k] = matrix[k][i] = dot(bars[i].u, bars[k].u) * self.energy[i][k]
-            sine = cross(bars[k].u, bars[i].u) * self.energy[i][k]
-            right[i], right[k] = right[i] - sine * square[k], right[k] + sine * square[i]
+        for k, (sk, ck) in enumerate(waves, start=1):
+            for i, (si, ci) in enumerate([(0, 1), *waves[: k - 1]]):
+                cosine, sine = (ci * ck + si * sk, sk * ci - ck * si) if i else (ck, sk)
+                matrix[i][k] = matrix[k][i] = cosine * self.energy[i][k]
+                pull = sine * self.energy[i][k]  # of theta_k - theta_i
+                right[i], right[k] = right[i] + pull * square[k], right[k] - pull * square[i]
         matrix = [row + [0] * len(self.laws) for row in matrix]
         for c, (law, second) in enumerate(zip(self.laws, seconds, strict=True), start=n):
             j = law.bar - 1

@@ -102,6 +102,9 @@ class Series:
 
     __rmul__ = __mul__
 
+    def __truediv__(self, other: int) -> Number:
+        return self * (arb(1) / other)
+
     def squared(self, k: int) -> Number:
         """Coefficient k of the square, at half the products."""
         c = self.c

@@ -36,16 +36,18 @@ if TYPE_CHECKING:
 
 ROUGH_BITS = 64
 """Precision of bounds"""
-TUBE = 2.0**-40
+TUBE = 2.0**-80
 """Radius of the tube about the path, in radians and lengths of the chain, and of their rates over the fastest one"""
 MOST_PIECES, MODERATE, WORTH = 256, 50.0, 0.7
 """Most parts of a step for its growth; a factor of growth that needs no more; the least gain that is worth more"""
 LONGEST = 0.5
 """Longest step over the radius of the circle"""
-TRIALS = [(share, arcs) for share in (0.8, 0.65, 0.5, 0.4, 0.3, 0.2, 0.1) for arcs in (32, 96)]
+TRIALS = [(share, arcs) for share in (0.8, 0.65, 0.5, 0.4, 0.3, 0.2, 0.13, 0.08, 0.05, 0.02) for arcs in (32, 96)]
 """Radii of the circle, over the estimated radius of convergence, and numbers of arcs"""
 BEYOND = 1.0 + 2.0**-20
 """Widening of arcs, parts and circles, far above the rounding of their places"""
+MOST_TURNED = 6.0
+"""Largest radius of convergence times the fastest rate, for motions whose accelerations vanish"""
 HOPE = 8
 """Steps after which a larger circle is tried"""
 
@@ -100,39 +102,45 @@ class Stepper:
         self.tape = Tape()
         self.time = self.tape.variable()
         self.series = [self.tape.variable() for _ in range(4 + 2 * n)]
-        motion = equations.motion(self.tape, State.of(self.time, self.series))
+        self.bend = [self.tape.variable() for _ in range(n - 1)]
+        motion = equations.motion(self.tape, State.of(self.time, self.series, self.bend))
         self.slopes, self.watched = [*motion.fall, *motion.turn], list(equations.forces.watched)
         self.first, self.second = [0, 1, *range(4, 4 + n)], [2, 3, *range(4 + n, 4 + 2 * n)]
         """Unknowns that are positions, and their rates"""
-        length_m, rate_rad_s = scales
-        sizes = [length_m] * 2 + [length_m * rate_rad_s] * 2 + [1.0] * n + [rate_rad_s] * n
+        length_m, self.rate_rad_s = scales
+        sizes = [length_m] * 2 + [length_m * self.rate_rad_s] * 2 + [1.0] * n + [self.rate_rad_s] * n
         self.tube = [number(TUBE * x) for x in sizes]
         self.trial = self.steps = 0
         self.pieces = 1
 
-    def set(self, time: Sequence[arb], rows: Sequence[Sequence[arb]]) -> None:
+    def start(self, time: arb, values: Sequence[arb], bend: Sequence[arb]) -> None:
         """First coefficients of the time and of all unknowns."""
         self.tape.clear()
-        self.time.c[:] = time
-        for series, row in zip(self.series, rows, strict=True):
-            series.c[:] = row
+        for series, x in zip([self.time, *self.series, *self.bend], [time, *values, *bend], strict=True):
+            series.c.append(x)
+
+    def bent(self, values: Sequence[Number]) -> list[Number]:
+        """Differences of the bars' angles from the first, in a row of numbers or polynomials of all unknowns."""
+        return [values[4 + j] - values[4] for j in range(1, self.equations.bars)]
 
     def polynomials(self, start_s: float, centre: Sequence[arb]) -> list[arb_poly]:
         """Taylor polynomials of the solution through `centre`: order N of positions, N - 1 of rates."""
-        self.set([number(start_s)], [[x] for x in centre])
+        self.start(number(start_s), centre, self.bent(centre))
         for k in range(self.order - 1):
             self.tape.advance(k)
             for i, j, slope in zip(self.first, self.second, self.slopes, strict=True):
                 self.series[i].c.append(self.series[j].c[k] / (k + 1))
                 self.series[j].c.append(coefficient(slope, k) / (k + 1))
             self.time.c.append(arb(0 if k else 1))
+            for series, x in zip(self.bend, self.bent([s.c[-1] for s in self.series]), strict=True):
+                series.c.append(x)
         for i, j in zip(self.first, self.second, strict=True):
             self.series[i].c.append(self.series[j].c[-1] / self.order)
         return [arb_poly(series.c) for series in self.series]
 
     def convergence_s(self, polynomials: list[arb_poly]) -> float:
         """Estimate of the radius of convergence, by the last coefficients of the rates over the first."""
-        found = [1e6]
+        found = [MOST_TURNED / self.rate_rad_s]
         for j in self.second:
             c = polynomials[j].coeffs()
             largest = max((float(x.abs_upper()) for x in c[:2]), default=0.0)
@@ -151,15 +159,16 @@ class Stepper:
             If something that the equations divide by may vanish in the disc.
         """
         width, rho = number(rho_s * math.pi / (2 * arcs) * BEYOND), number(rho_s)
-        paths = [Neighbourhood(p, rho) for p in polynomials]
+        paths = [Neighbourhood(p, rho) for p in [*polynomials, *self.bent(polynomials)]]
         slopes = [Neighbourhood(polynomials[j].derivative(), rho) for j in self.second]
-        centre, found = Balls(), [arb(0)] * len(slopes)
+        centre, found, size = Balls(), [arb(0)] * len(slopes), len(polynomials)
         self.equations.motion(centre, State.of(number(start_s), [p(0) for p in polynomials]))
         for m in range(arcs):
             angle = arb.pi() * (2 * m + 1) / (2 * arcs)
             at, ops = acb((angle.cos() * rho).mid(), (angle.sin() * rho).mid()), Balls()
             time = around(at, width) + number(start_s)
-            seen = self.equations.motion(ops, State.of(time, [p(at, width) for p in paths]))
+            values = [p(at, width) for p in paths]
+            seen = self.equations.motion(ops, State.of(time, values[:size], values[size:]))
             if not all((x / x0).real > 0 for x, x0 in zip(ops.determinants, centre.determinants, strict=True)):
                 raise TooWideError("a determinant may vanish in the disc")
             off = [a - slope(at, width) for a, slope in zip([*seen.fall, *seen.turn], slopes, strict=True)]
@@ -201,23 +210,25 @@ class Stepper:
             If a bar may turn its other face.
         """
         size, half = len(self.series), number(length_s / (2 * pieces) * BEYOND)
-        paths = [Neighbourhood(p, number(length_s)) for p in polynomials]
-        zero, one = arb(0), arb(1)
+        paths = [Neighbourhood(p, number(length_s)) for p in [*polynomials, *self.bent(polynomials)]]
+        tubes, zero, one = [*self.tube, *[2 * self.tube[4]] * len(self.bend)], arb(0), arb(1)
         found = [[arb("-inf") if i == j else zero for j in range(size)] for i in range(size)]
         for m in range(pieces):
             at = number(length_s * (2 * m + 1) / (2 * pieces))
             time = at + number(start_s) + plus_minus(half)
-            state = [p.real(at, half) + plus_minus(r) for p, r in zip(paths, self.tube, strict=True)]
-            self.set([time], [[x] for x in state])
+            state = [p.real(at, half) + plus_minus(r) for p, r in zip(paths, tubes, strict=True)]
+            self.start(time, state[:size], state[size:])
             self.tape.advance(0)
             signs = self.equations.forces.faces
             if not all(coefficient(x, 0) * sign > 0 for x, sign in zip(self.watched, signs, strict=True)):
                 raise FaceTurnedError("a bar may turn its other face to the air or the Sun")
             for j in range(size):
                 self.tape.cut(1)
-                self.time.c[:] = [time, zero]
-                for i, series in enumerate(self.series):
-                    series.c[:] = [state[i], one if i == j else zero]
+                unit = [one if i == j else zero for i in range(size)]
+                for series, x in zip(
+                    [self.time, *self.series, *self.bend], [zero, *unit, *self.bent(unit)], strict=True
+                ):
+                    series.c.append(x)
                 self.tape.advance(1)
                 for i, slope in zip(self.second, self.slopes, strict=True):
                     x = coefficient(slope, 1)
