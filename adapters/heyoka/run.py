@@ -212,20 +212,25 @@ class HeyokaRun:
         at_s = float(self.solver.time) * self.units.time_s
         raise EngineError(f"heyoka stopped at t = {at_s:.6g} s: {str(outcome).rpartition('.')[2]}")
 
-    def trajectory(self) -> Trajectory:
-        """Samples, rounded to double at the very end."""
+    def trajectory(self, *, beyond: bool = False) -> Trajectory:
+        """Samples, rounded to double at the very end; or what that rounding takes from them, for `beyond`."""
+
+        def rounded(values: Numbers) -> Array:
+            near: Array = values.astype(float)
+            return (values - near).astype(float) if beyond else near
+
         states, given, impulse_sum = (
             np.concatenate([getattr(r, x) for r in self.rows]) for x in ("states", "given", "impulse_sum")
         )
         n, bars, units = len(states), self.structure.bars, self.units
-        seen = observe(self.structure, self.precision, states, self.times[:n], given).astype(float)
-        y = states.astype(float)
+        seen = rounded(observe(self.structure, self.precision, states, self.times[:n], given))
+        y = rounded(states)
         joints = 2 * (bars - 1)
         landed_s = None if self.landed is None else float(self.landed) * units.time_s
         info: dict[str, float | str] = {"steps": self.steps, "evaluations": self.steps * int(self.solver.order)}
         if landed_s is not None:
             info[ENDED] = landed_s
-        impulse = (impulse_sum.astype(float) * (units.force * units.time_s)).reshape(n, bars - 1, 2)
+        impulse = (rounded(impulse_sum) * (units.force * units.time_s)).reshape(n, bars - 1, 2)
         return Trajectory(
             self.times_s[:n],
             y[:, 0:2] * units.length_m,

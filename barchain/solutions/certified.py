@@ -24,7 +24,7 @@ from adapters.engine import EngineError
 from adapters.heyoka.compiled import QUAD
 from adapters.heyoka.run import HeyokaRun
 from adapters.registry import find_engine
-from barchain.metrics.quantities import differences
+from barchain.metrics.quantities import components, differences, largest
 from barchain.record.environment import package_version
 from barchain.solutions.certified_file import (
     SAME_INSTANT,
@@ -46,7 +46,7 @@ from barchain.solutions.judging import (
     error_bar,
     establish_certified,
 )
-from barchain.solutions.proof import MISSING, check_proof
+from barchain.solutions.proof import MISSING, check_proof, proof_of
 from barchain.solutions.reference import closely_sampled
 
 if TYPE_CHECKING:
@@ -63,6 +63,8 @@ MOST_GROWN = 1e14
 """Largest amplification that a verdict uses: rounding to double then exceeds the predictability limit"""
 AMPLIFICATION_SHARE = 0.01
 """Largest relative change of the amplification, whose perturbed runs are known to 1e-4"""
+QUAD_ROUNDED = 1e-31
+"""Rounding in quadruple precision, and of sums of two doubles that stand for it, over the largest value"""
 VERSIONS = ("heyoka", "numpy")
 Source = Literal["committed", "cache", "computed"]
 
@@ -285,12 +287,46 @@ def check(scene: Scene) -> CommittedTableCheck:
     again = make(scene)
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
         return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {maker(name)}")
-    table = CommittedTableCheck(name, shares(kept, again), "" if MISSING else check_proof(scene, path))
+    fault = "" if MISSING else check_proof(scene, path) or check_digits(scene, path)
+    table = CommittedTableCheck(name, shares(kept, again), fault)
     judge = shipped_solution(closely_sampled(scene)) if table.agrees else None
     if judge is None:
         return table
     other = check_judge(scene, judge)
     return CommittedTableCheck(name, {k: max(table.share.get(k, 0.0), other[k]) for k in other})
+
+
+def check_digits(scene: Scene, path: Path) -> str:
+    """Fault of the error bar in quadruple precision; empty if there is none, or no proof.
+
+    The two runs' difference, before any rounding to double precision, must bound the finer run's distance from the
+    proven values.
+    """
+    stored = proof_of(path)
+    if stored is None:
+        return ""
+    values, proof = stored
+    runs = [HeyokaRun(scene, values.t_s, QUAD, rtol) for rtol in (CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL)]
+    for made in runs:
+        made.walk()
+    fine, check = ((made.trajectory(), made.trajectory(beyond=True)) for made in runs)
+    apart, allowed = distances(fine, (values, proof.low)), distances(fine, check)
+    for name, size in largest(values).items():
+        bound = np.maximum.accumulate(allowed[name]) + QUAD_ROUNDED * size + proof.radius[name]
+        if np.any(apart[name] > bound):
+            over = float(np.max(apart[name] / np.maximum(bound, np.finfo(float).tiny)))
+            return f"the {name} in quadruple precision is {over:.1f} error bars from the proven one"
+    return ""
+
+
+def distances(a: tuple[Trajectory, Trajectory], b: tuple[Trajectory, Trajectory]) -> dict[str, Array]:
+    """As `differences`, of trajectories that are sums of double precision and what is beyond it."""
+    pairs = [[components(part) for part in both] for both in (a, b)]
+    (high, low), (other_high, other_low) = pairs
+    return {
+        name: np.linalg.norm((x - other_high[name]) + (low[name] - other_low[name]), axis=-1).max(axis=-1)
+        for name, x in high.items()
+    }
 
 
 def check_judge(scene: Scene, kept: ReferenceSolution) -> dict[str, float]:

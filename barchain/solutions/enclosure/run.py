@@ -11,7 +11,7 @@ from flint import arb, ctx
 from barchain.solutions.enclosure.equations import Equations, State
 from barchain.solutions.enclosure.forces import number
 from barchain.solutions.enclosure.series import Balls, TooWideError
-from barchain.solutions.enclosure.step import FaceTurnedError, Stepper, column
+from barchain.solutions.enclosure.step import FaceTurnedError, Spread, Stepper
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from barchain.solutions.enclosure.equations import Motion
     from scenarios import Scene
 
-LEAST_ORDER, ORDER_PER_BIT = 40, 0.55
+LEAST_ORDER, ORDER_PER_BIT = 30, 0.35
 """Orders that cost least: measured"""
 
 
@@ -114,16 +114,17 @@ def enclose(
             impulse = [a + b for a, b in zip(impulse, itertools.chain(*jumps.reaction), strict=True)]
         set_faces(scene, equations, begin, state)
         stepper = Stepper(equations, (scene.size_m, scene.fastest_rate_rad_s), effort.bits, effort.order)
-        now = begin
+        now, centre = begin, [x.mid() for x in state]
+        spread = Spread.box([x.rad() for x in state], stepper.scale)
         while now < end:
             try:
-                path = stepper.step(now, end, [x.mid() for x in state], column([x.rad() for x in state]))
+                path = stepper.step(now, end, centre, spread)
             except FaceTurnedError as error:
                 raise NotEnclosedError(f"{scene.name}: {error}, near {now:.6g} s") from None
             while left and (left[0] <= path.end_s):
                 yield sample(equations, left[0], path.at(left[0]), impulse)
                 left.pop(0)
-            now, state = path.end_s, path.at(path.end_s)
+            now, state, (centre, spread) = path.end_s, path.at(path.end_s), path.end()
             effort.steps += 1
             if told is not None:
                 told(now, max((x.rad() for x in state[4 : 4 + scene.bars]), key=float))

@@ -1,19 +1,22 @@
 r"""One step of an enclosure: Taylor series of the centre, a bound on its remainder, and the growth of the radii.
 
-A state is a centre c, exact numbers, and radii r: the solution is within r_i of c_i. Let p be the Taylor polynomial of
-the solution through c, in balls, of order N - 1 in the rates. Its accelerations depart from the equations' by
-d(t) = f(p(t)) - p''(t), whose first N - 1 coefficients are zero by the choice of p.
+A set of states is a centre c, exact numbers, and a frame B with sizes s: all c + B z with |z_i| <= s_i. Let p be the
+Taylor polynomial of the solution through c, in balls, of order N - 1 in the rates. Its accelerations depart from the
+equations' by d(t) = f(p(t)) - p''(t), whose first N - 1 coefficients are zero by the choice of p.
 
 *Remainder.* Where f(p(t)) is analytic in the disc |t| <= rho, Schwarz' lemma gives |d(t)| <= D (|t|/rho)^(N-1) with D
 the largest |d| on the circle, which complex balls on arcs bound. It is analytic if nothing the equations divide by
 vanishes in the disc. Determinants and squares of distances are analytic themselves; one whose real part, over its value
 at the centre, is positive on the circle has that inside as well.
 
-*Growth.* Let the matrix G bound the derivatives of the equations along p: G_ij >= |df_i/dy_j|, on the diagonal
-G_ii >= df_i/dy_i. A solution that starts within r of c stays within e^(Gt) r + e^(|G|h) D h (h/rho)^(N-1)/N of p: each
-component of the distance grows no faster than the comparison system's. The second coefficients of the same series, of
-balls that contain p over a part of the step, are the derivatives. They hold as long as the solution stays in a tube
-about p, which the bound itself shows.
+*Growth.* The distance e of a solution from p obeys e' = J e + d with J some mean of the equations' derivatives near p.
+On a part of the step of length h let them be within R of a matrix M. Then e(h) = F e(0) but for d, with F within
+e^((|M| + R) h) - e^(|M| h) of e^(M h) (each term of the series of iterated integrals). What d adds on the whole step is
+below e^(G h) D h (h/rho)^(N-1)/N with G >= |J|. The second coefficients of the same series, of balls that contain p
+over the part, are the derivatives. They hold as long as the solution stays in a tube about p, which the bound shows.
+
+*Frame.* The next frame is the orthogonal part of F B, its columns in the order of their sizes (Lohner): boxes along
+unknowns would grow by their rotation at every step.
 """
 
 from __future__ import annotations
@@ -22,11 +25,12 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 from flint import acb, acb_poly, arb, arb_mat, arb_poly, ctx
 
 from barchain.solutions.enclosure.equations import State
 from barchain.solutions.enclosure.forces import number
-from barchain.solutions.enclosure.series import Balls, Tape, TooWideError, coefficient
+from barchain.solutions.enclosure.series import Balls, Tape, TooWideError, coefficient, inverse_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,8 +42,8 @@ ROUGH_BITS = 64
 """Precision of bounds"""
 TUBE = 2.0**-80
 """Radius of the tube about the path, in radians and lengths of the chain, and of their rates over the fastest one"""
-MOST_PIECES, MODERATE, WORTH = 256, 50.0, 0.7
-"""Most parts of a step for its growth; a factor of growth that needs no more; the least gain that is worth more"""
+MOST_PARTS, KNOWN = 256, 0.1
+"""Most parts of a step for its growth, and the largest sum of the derivatives' radii in a row, over a part's length"""
 LONGEST = 0.5
 """Longest step over the radius of the circle"""
 TRIALS = [(share, arcs) for share in (0.8, 0.65, 0.5, 0.4, 0.3, 0.2, 0.13, 0.08, 0.05, 0.02) for arcs in (32, 96)]
@@ -49,7 +53,7 @@ BEYOND = 1.0 + 2.0**-20
 MOST_TURNED = 6.0
 """Largest radius of convergence times the fastest rate, for motions whose accelerations vanish"""
 HOPE = 8
-"""Steps after which a larger circle is tried"""
+"""Steps after which a larger circle, and fewer parts, are tried"""
 
 
 class FaceTurnedError(TooWideError):
@@ -57,30 +61,87 @@ class FaceTurnedError(TooWideError):
 
 
 @dataclass(frozen=True)
+class Spread:
+    """Distances of some states from a centre, over the scales of the unknowns: all B z with |z_i| <= s_i."""
+
+    frame: arb_mat
+    """B, (k, k)"""
+    size: arb_mat
+    """s, (k, 1)"""
+
+    @classmethod
+    def box(cls, radii: Sequence[arb], scale: Sequence[arb]) -> Spread:
+        """Box along the unknowns."""
+        size = [r / w for r, w in zip(radii, scale, strict=True)]
+        return cls(arb_mat([[arb(int(i == j)) for j in range(len(size))] for i in range(len(size))]), column(size))
+
+
+@dataclass(frozen=True)
+class Part:
+    """Derivatives over a part of a step, over the scales of the unknowns: within R of M."""
+
+    length: arb
+    middle: arb_mat
+    radius: arb_mat
+
+    def transport(self, length: arb) -> arb_mat:
+        """Matrices F of the distances' growth over some length."""
+        size = magnitudes(self.middle) * length
+        off = (size + self.radius * length).exp() - size.exp()
+        found, rows = (self.middle * length).exp(), range(off.nrows())
+        return arb_mat([[found[i, j] + plus_minus(off[i, j].abs_upper()) for j in rows] for i in rows])
+
+
+@dataclass(frozen=True)
 class Path:
-    """Solutions over one step: within radii of polynomials in the time since its start."""
+    """Solutions over one step: near polynomials in the time since its start."""
 
     start_s: float
     end_s: float
     polynomials: list[arb_poly]
-    growth: arb_mat
-    """G"""
-    radius: arb_mat
-    """(k, 1) at the start"""
+    scale: list[arb]
+    parts: list[Part]
+    spread: Spread
+    """At the start"""
     remainder: arb_mat
-    """(k, 1) of the polynomials, at any instant of the step"""
+    """(k, 1) of the polynomials at any instant of the step, over the scales"""
 
-    def radii(self, t_s: float) -> list[arb]:
-        """Distance of the solutions from the polynomials at an instant."""
+    def carried(self, since: arb) -> arb_mat:
+        """Frame at an instant."""
         bits, ctx.prec = ctx.prec, ROUGH_BITS
-        grown = (self.growth * (number(t_s) - number(self.start_s))).exp() * self.radius + self.remainder
+        found = self.spread.frame
+        for part in self.parts:
+            if since < part.length:
+                found = part.transport(since) * found
+                break
+            found = part.transport(part.length) * found
+            since = since - part.length
         ctx.prec = bits
-        return [grown[i, 0] for i in range(grown.nrows())]
+        return found
 
     def at(self, t_s: float) -> list[arb]:
         """Unknowns at an instant, as balls."""
         since = number(t_s) - number(self.start_s)
-        return [p(since) + plus_minus(r) for p, r in zip(self.polynomials, self.radii(t_s), strict=True)]
+        radii = magnitudes(self.carried(since)) * self.spread.size + self.remainder
+        return [
+            p(since) + plus_minus(radii[i, 0] * w)
+            for i, (p, w) in enumerate(zip(self.polynomials, self.scale, strict=True))
+        ]
+
+    def end(self) -> tuple[list[arb], Spread]:
+        """Centre and spread at the end."""
+        since = number(self.end_s) - number(self.start_s)
+        values, carried = [p(since) for p in self.polynomials], self.carried(since)
+        bits, ctx.prec = ctx.prec, ROUGH_BITS
+        rows = range(len(values))
+        lengths = np.array([[float(carried[i, j].mid() * self.spread.size[j, 0]) for j in rows] for i in rows])
+        ordered = lengths[:, np.argsort(-np.linalg.norm(lengths, axis=0), kind="stable")]
+        frame = arb_mat(np.linalg.qr(ordered / (np.abs(ordered).max() or 1.0))[0].tolist())
+        inverse = inverse_of(frame)
+        rounded = column([x.rad() / w for x, w in zip(values, self.scale, strict=True)])
+        size = magnitudes(inverse * carried) * self.spread.size + magnitudes(inverse) * (rounded + self.remainder)
+        ctx.prec = bits
+        return [x.mid() for x in values], Spread(frame, column([size[i, 0] for i in rows]))
 
 
 def plus_minus(radius: Number) -> arb:
@@ -91,6 +152,12 @@ def plus_minus(radius: Number) -> arb:
 def column(values: Sequence[Number]) -> arb_mat:
     """Column of upper bounds."""
     return arb_mat(len(values), 1, [arb(x).upper() for x in values])
+
+
+def magnitudes(matrix: arb_mat) -> arb_mat:
+    """Upper bounds of absolute values."""
+    columns = range(matrix.ncols())
+    return arb_mat([[arb(matrix[i, j].abs_upper()) for j in columns] for i in range(matrix.nrows())])
 
 
 class Stepper:
@@ -109,9 +176,9 @@ class Stepper:
         """Unknowns that are positions, and their rates"""
         length_m, self.rate_rad_s = scales
         sizes = [length_m] * 2 + [length_m * self.rate_rad_s] * 2 + [1.0] * n + [self.rate_rad_s] * n
-        self.tube = [number(TUBE * x) for x in sizes]
+        self.scale = [number(x) for x in sizes]
         self.trial = self.steps = 0
-        self.pieces = 1
+        self.count = 1
 
     def start(self, time: arb, values: Sequence[arb], bend: Sequence[arb]) -> None:
         """First coefficients of the time and of all unknowns."""
@@ -199,8 +266,8 @@ class Stepper:
                 self.trial += 1
         raise TooWideError("no circle on which the equations are bounded")
 
-    def growth(self, start_s: float, polynomials: list[arb_poly], length_s: float, pieces: int) -> arb_mat:
-        """Bound G of the derivatives along a step.
+    def parts(self, start_s: float, polynomials: list[arb_poly], length: arb, count: int) -> list[Part]:
+        """Derivatives of the equations along equal parts of a step.
 
         Raises
         ------
@@ -209,43 +276,70 @@ class Stepper:
         FaceTurnedError
             If a bar may turn its other face.
         """
-        size, half = len(self.series), number(length_s / (2 * pieces) * BEYOND)
-        paths = [Neighbourhood(p, number(length_s)) for p in [*polynomials, *self.bent(polynomials)]]
-        tubes, zero, one = [*self.tube, *[2 * self.tube[4]] * len(self.bend)], arb(0), arb(1)
-        found = [[arb("-inf") if i == j else zero for j in range(size)] for i in range(size)]
-        for m in range(pieces):
-            at = number(length_s * (2 * m + 1) / (2 * pieces))
+        size, part = len(self.series), length / count
+        half = part * (0.5 * BEYOND)
+        paths = [Neighbourhood(p, length) for p in [*polynomials, *self.bent(polynomials)]]
+        tube = [plus_minus(TUBE * w) for w in [*self.scale, *[number(2.0)] * len(self.bend)]]
+        zero, one, found = arb(0), arb(1), []
+        for m in range(count):
+            at = part * (m + 0.5)
             time = at + number(start_s) + plus_minus(half)
-            state = [p.real(at, half) + plus_minus(r) for p, r in zip(paths, tubes, strict=True)]
+            state = [p.real(at, half) + off for p, off in zip(paths, tube, strict=True)]
             self.start(time, state[:size], state[size:])
             self.tape.advance(0)
             signs = self.equations.forces.faces
             if not all(coefficient(x, 0) * sign > 0 for x, sign in zip(self.watched, signs, strict=True)):
                 raise FaceTurnedError("a bar may turn its other face to the air or the Sun")
+            rows = [[zero] * size for _ in range(size)]
             for j in range(size):
                 self.tape.cut(1)
                 unit = [one if i == j else zero for i in range(size)]
-                for series, x in zip(
-                    [self.time, *self.series, *self.bend], [zero, *unit, *self.bent(unit)], strict=True
-                ):
+                new = [zero, *unit, *self.bent(unit)]
+                for series, x in zip([self.time, *self.series, *self.bend], new, strict=True):
                     series.c.append(x)
                 self.tape.advance(1)
-                for i, slope in zip(self.second, self.slopes, strict=True):
-                    x = coefficient(slope, 1)
-                    found[i][j] = found[i][j].max(x if i == j else abs(x)).upper()
-        for i, j in zip(self.first, self.second, strict=True):
-            found[i][i], found[i][j] = zero, one
-        if not all(x.is_finite() for row in found for x in row):
-            raise TooWideError("no bound on the derivatives")
-        return arb_mat(found)
+                for i, slope in zip(
+                    [*self.first, *self.second], [*(unit[i] for i in self.second), *self.slopes], strict=True
+                ):
+                    x = slope if isinstance(slope, arb) else coefficient(slope, 1)
+                    rows[i][j] = x * self.scale[j] / self.scale[i]
+            if not all(x.is_finite() for row in rows for x in row):
+                raise TooWideError("no bound on the derivatives")
+            middle, radius = ([[f(x) for x in row] for row in rows] for f in (arb.mid, arb.rad))
+            found.append(Part(part, arb_mat(middle), arb_mat(radius)))
+        return found
 
-    def step(self, start_s: float, end_s: float, centre: list[arb], radius: arb_mat) -> Path:
-        """Path of the solutions from a ball, at most to an instant.
+    def few_parts(self, start_s: float, polynomials: list[arb_poly], length: arb) -> list[Part]:
+        """Parts of a step, as many as let the distances' growth be known well.
 
         Raises
         ------
         TooWideError
-            If the ball is too wide, or no step is short enough.
+            If no number does.
+        """
+        reason = TooWideError("no bound on the derivatives")
+        if not self.steps % HOPE:
+            self.count = max(self.count // 2, 1)
+        while self.count <= MOST_PARTS:
+            try:
+                found = self.parts(start_s, polynomials, length, self.count)
+            except TooWideError as error:
+                reason = error
+            else:
+                rows = range(len(self.series))
+                ranges = ((part.radius * part.length, part.length) for part in found)
+                if all(sum(r[i, j] for j in rows) < KNOWN for r, _ in ranges for i in rows):
+                    return found
+            self.count *= 2
+        raise reason
+
+    def step(self, start_s: float, end_s: float, centre: list[arb], spread: Spread) -> Path:
+        """Path of the solutions from a set of states, at most to an instant.
+
+        Raises
+        ------
+        TooWideError
+            If the set is too wide, or no step is short enough.
         """
         ctx.prec = self.bits
         polynomials = self.polynomials(start_s, centre)
@@ -255,50 +349,25 @@ class Stepper:
         length_s = rho_s * min(LONGEST, math.exp(float(share)))
         stop_s = end_s if start_s + 1.01 * length_s >= end_s else start_s + length_s
         h = number(stop_s) - number(start_s)
-        growth = self.least_growth(start_s, polynomials, h)
+        parts = self.few_parts(start_s, polynomials, h)
         factor = h * (h / number(rho_s)) ** (self.order - 1) / self.order
         left = [arb(0)] * len(self.series)
         for i, x in zip(self.second, defect, strict=True):
-            left[i] = x * factor
-        exponential = (magnitudes(growth) * h).exp()
-        within = exponential * (radius + column(left))
-        if not all(within[i, 0] < tube for i, tube in enumerate(self.tube)):
+            left[i] = x * factor / self.scale[i]
+        growth = magnitudes(parts[0].middle) + parts[0].radius
+        for part in parts[1:]:
+            other = magnitudes(part.middle) + part.radius
+            rows = range(len(left))
+            growth = arb_mat([[growth[i, j].max(other[i, j]).upper() for j in rows] for i in rows])
+        exponential = (growth * h).exp()
+        within = exponential * (magnitudes(spread.frame) * spread.size + column(left))
+        if not all(within[i, 0] < TUBE for i in range(len(left))):
             raise TooWideError(f"the ball is too wide at {stop_s:.6g} s: more bits are needed")
         remainder = exponential * column(left)
         ctx.prec = self.bits
         self.steps += 1
-        return Path(start_s, stop_s, polynomials, growth, radius, column([remainder[i, 0] for i in range(len(left))]))
-
-    def least_growth(self, start_s: float, polynomials: list[arb_poly], h: arb) -> arb_mat:
-        """Bound G from as many parts of the step as lessen it; the first trial has half as many as the last step.
-
-        Raises
-        ------
-        TooWideError
-            If there is none.
-        """
-        self.pieces, best, least, reason = max(self.pieces // 2, 1), None, math.inf, None
-        while self.pieces <= MOST_PIECES:
-            try:
-                found: arb_mat | None = self.growth(start_s, polynomials, float(h.upper()), self.pieces)
-                assert found is not None
-                grown = (magnitudes(found) * h).exp() * column(self.tube)
-                factor = max(float(grown[i, 0] / tube) for i, tube in enumerate(self.tube))
-            except TooWideError as error:
-                found, factor, reason = None, math.inf, error
-            stale = factor > WORTH * least
-            best, least = (found, factor) if factor < least else (best, least)
-            if best is not None and (stale or least < MODERATE):
-                return best
-            self.pieces *= 2
-        if best is None:
-            raise reason or TooWideError("no bound on the derivatives")
-        return best
-
-
-def magnitudes(matrix: arb_mat) -> arb_mat:
-    """Absolute values."""
-    return arb_mat([[abs(matrix[i, j]) for j in range(matrix.ncols())] for i in range(matrix.nrows())])
+        remainder = column([remainder[i, 0] for i in range(len(left))])
+        return Path(start_s, stop_s, polynomials, self.scale, parts, spread, remainder)
 
 
 class Neighbourhood:

@@ -1,0 +1,154 @@
+"""Enclosures: closed forms inside their balls, mistakes outside, and the proofs beside certified solutions."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from adapters.trajectory import to_frame
+from barchain.result_files.judging import judge_files
+from barchain.solutions import proof as proof_module
+from barchain.solutions.certified_file import columns_of, motion_of, read_file, shipped_path, write_frame
+from barchain.solutions.proof import ExcludedError, attach, balls_at, by_quantity, check_proof, proof_of, prove
+from scenarios import load_scene, make_scene, scene_names
+
+flint = pytest.importorskip("flint", reason="python-flint is not installed: nothing can be enclosed")
+
+from barchain.solutions.enclosure.forces import number  # noqa: E402
+from barchain.solutions.enclosure.run import Effort, NotEnclosedError, enclose, order_for  # noqa: E402
+from barchain.solutions.enclosure.start import start_balls  # noqa: E402
+
+QUICK = "conform/one_bar_gradient"
+BITS = 160
+PROVEN = [name for name in scene_names() if shipped_path(name).is_file() and proof_of(shipped_path(name))]
+
+
+def enclosed(scene, times_s, start, bits=BITS, **options):
+    """Balls of a scene at some instants."""
+    flint.ctx.prec = bits
+    return list(enclose(scene, times_s, start, Effort(bits, order_for(bits)), **options))
+
+
+def narrow(ball, size):
+    """Whether a ball is so narrow that a test of what it contains means something."""
+    return ball.rad() < 1e-30 * size
+
+
+def test_a_circular_orbit_of_rational_rate_stays_inside():
+    """mu = r v² in numbers that double precision holds."""
+    scene = make_scene(
+        {
+            "title": "circle", "source": "closed form", "central_body": {"mu_m3_s2": 4e14, "radius_m": 6e6},
+            "orbit": {"altitude_m": 250e3}, "effects": {"gravity": "point"},
+            "run": {"duration_s": 3000.0, "samples": 3},
+            "chain": {"bars": 1, "mass_kg": 100.0, "length_m": 1.0, "angle_deg": 0.0},
+        }
+    )  # fmt: skip
+    radius, speed = 6.25e6, 8000.0
+    start = [number(x) for x in (radius, 0.0, 0.0, speed, 0.5, 0.25)]
+    for found in enclosed(scene, [0.0, 1500.0, 3000.0], start):
+        turned = number(found.t_s) * number(speed) / number(radius)
+        x, y, angle = found.state[0], found.state[1], found.state[4]
+        assert x.contains((turned.cos() * number(radius)).mid())
+        assert y.contains((turned.sin() * number(radius)).mid())
+        assert angle.contains((number(0.5) + number(0.25) * number(found.t_s)).mid())
+        assert narrow(x, radius)
+
+
+def test_a_straight_chain_that_spins_freely_has_its_centrifugal_tension():
+    scene = load_scene("basics/free_rotation")
+    flint.ctx.prec = BITS
+    start = start_balls(scene)
+    angle, rate = start[4].mid(), start[9].mid()
+    start[4:9], start[9:14] = [angle] * 5, [rate] * 5
+    (found,) = enclosed(scene, [2000.0], start)
+    turned = angle + rate * 2000
+    for j, moment in enumerate((200, 300, 300, 200)):  # sum of the places beyond the joint, in lengths of 100 m
+        tension = rate * rate * 100 * moment
+        assert found.reaction[2 * j].contains((tension * turned.cos()).mid())
+        assert found.reaction[2 * j + 1].contains((tension * turned.sin()).mid())
+    assert narrow(found.reaction[0], 1.0)
+
+
+def test_a_wrong_sign_of_gravitys_torque_is_excluded_at_once():
+    scene = load_scene("conform/three_bars_gradient")
+    head, frame = read_file(shipped_path(scene.name))
+    first = frame[:2]
+    right, wrong = (prove(scene, motion_of(first, head), gradient_sign=sign) for sign in (1, -1))
+    for quantity, error in columns_of(first, "error_").items():
+        assert np.all(right.proven[quantity] <= error)
+        assert wrong.proven[quantity][1] > 1e3 * error[1]
+    assert wrong.proven["reaction"][0] > 1e6 * columns_of(first, "error_")["reaction"][0]
+
+
+@pytest.mark.parametrize("relative", [0.0, 1e-25])
+def test_an_error_of_1e_25_in_a_certified_value_is_excluded(relative):
+    """A fresh enclosure, with other bits, against the digits in the file."""
+    scene = load_scene(QUICK)
+    values, proof = proof_of(shipped_path(QUICK))
+    flint.ctx.prec = 300
+    begin = balls_at(values, proof, 0)
+    start = [x for q in proof_module.UNKNOWNS for part in begin[q] for x in part]
+    (found,) = enclosed(scene, [float(values.t_s[1])], start, bits=300)
+    for quantity, parts in balls_at(values, proof, 1).items():
+        fresh = by_quantity(found, scene.bars)[quantity]
+        planted = [x * (1 + flint.arb(relative)) for part in parts for x in part]
+        assert [x.overlaps(y) for x, y in zip(planted, itertools.chain(*fresh), strict=True)] == [not relative] * len(
+            planted
+        )
+
+
+def test_an_error_of_1e_25_in_a_file_is_told(tmp_path):
+    head, frame = read_file(shipped_path(QUICK))
+    assert check_proof(load_scene(QUICK), shipped_path(QUICK)) == ""
+    last = frame.index[-1]
+    frame.loc[last, "low_angle_1_rad"] += 1e-25 * frame.loc[last, "angle_1_rad"]
+    write_frame(tmp_path / "planted.parquet", head, frame)
+    assert "attitude" in check_proof(load_scene(QUICK), tmp_path / "planted.parquet")
+
+
+def test_an_error_of_ten_roundings_in_a_certified_value_is_excluded(tmp_path):
+    head, frame = read_file(shipped_path(QUICK))
+    frame.loc[3, "rate_1_rad_s"] *= 1.0 + 10.0 * 2.0**-53
+    path = tmp_path / "planted.parquet"
+    write_frame(path, head, frame)
+    with pytest.raises(ExcludedError, match="the rate at"):
+        attach(path, load_scene(QUICK), tmp_path)
+
+
+@pytest.mark.parametrize("name", PROVEN)
+def test_every_certified_value_is_nearer_the_exact_one_than_its_error_bar(name):
+    head, frame = read_file(shipped_path(name))
+    proven, error = columns_of(frame, "proven_"), columns_of(frame, "error_")
+    assert proven.keys() == error.keys()
+    for quantity, allowed in error.items():
+        seen = ~np.isnan(allowed)
+        assert np.array_equal(seen, ~np.isnan(proven[quantity]))
+        assert np.all(proven[quantity][seen] <= allowed[seen])
+    assert head["proof"]["relative"] < proof_module.DIGITS
+
+
+def test_a_start_that_is_not_the_scenes_is_rejected():
+    scene = load_scene(QUICK)
+    values, _ = proof_of(shipped_path(QUICK))
+    other = dataclasses.replace(scene, orbit=dataclasses.replace(scene.orbit, speed_factor=1.0 + 1e-14))
+    prove(scene, values.samples(slice(0, 1)))
+    with pytest.raises(ExcludedError, match="com_velocity at the start"):
+        prove(other, values.samples(slice(0, 1)))
+
+
+def test_a_motion_with_events_is_left_out_with_the_reason():
+    scene = load_scene("effects/solar_shadow")
+    with pytest.raises(NotEnclosedError, match="shadow"):
+        enclosed(scene, [10.0], start_balls(scene))
+
+
+def test_judging_a_file_says_how_far_the_solution_is_proven(tmp_path):
+    head, frame = read_file(shipped_path(QUICK))
+    path = tmp_path / "run.csv"
+    to_frame(motion_of(frame[: head["samples"]], head)).to_csv(path, index=False)
+    found = judge_files(QUICK, path, time_limit_s=60.0)
+    assert [note for note in found.notes if "proven to" in note]
