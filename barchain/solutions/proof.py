@@ -69,7 +69,7 @@ class Proof:
     steps: int
     seconds: float
     relative: float
-    """Largest radius at the last sample, over the quantity's largest value"""
+    """Largest radius of a ball at the last sample, over the quantity's largest value"""
     proven: dict[str, Array]
     """(n,) for each quantity, as the errors: bound of the distance of the values from the exact ones"""
     radius: dict[str, Array]
@@ -115,13 +115,13 @@ def prove(scene: Scene, trajectory: Trajectory, *, bits: int = BITS, **options: 
         effort, begun = Effort(bits, order_for(bits)), time.perf_counter()
         try:
             found = list(enclose(scene, trajectory.t_s.tolist(), start_of(trajectory), effort, **options))
-            proven, radius, low = compared(scene, trajectory, found)
-            largest = {name: float(size.max()) for name, size in sizes(trajectory).items()}
-            relative = max(float(r[-1]) / largest[name] for name, r in radius.items() if largest[name])
+            last = by_quantity(found[-1], scene.bars)
+            widths = {q: norm_of([[x.rad() for x in part] for part in last[q]]) for q in last}
+            relative = max(widths[q] / float(size.max()) for q, size in sizes(trajectory).items() if size.any())
             if relative <= DIGITS:
                 need_start(scene, trajectory)
                 taken = round(time.perf_counter() - begun, 1)
-                return Proof(bits, effort.order, effort.steps, taken, relative, proven, radius, low)
+                return Proof(bits, effort.order, effort.steps, taken, relative, *compared(scene, trajectory, found))
             reason = f"the radius at the end is {relative:.1e} of the value"
         except TooWideError as error:
             reason = str(error)

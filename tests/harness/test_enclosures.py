@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from adapters.trajectory import to_frame
+from barchain.metrics.quantities import TRACK
 from barchain.result_files.judging import judge_files
 from barchain.solutions import proof as proof_module
 from barchain.solutions.certified_file import columns_of, motion_of, read_file, shipped_path, write_frame
@@ -76,11 +77,12 @@ def test_a_straight_chain_that_spins_freely_has_its_centrifugal_tension():
 def test_a_wrong_sign_of_gravitys_torque_is_excluded_at_once():
     scene = load_scene("conform/three_bars_gradient")
     head, frame = read_file(shipped_path(scene.name))
-    first = frame[:2]
+    first = frame[head["dense"] :][:2]
     right, wrong = (prove(scene, motion_of(first, head), gradient_sign=sign) for sign in (1, -1))
     for quantity, error in columns_of(first, "error_").items():
         assert np.all(right.proven[quantity] <= error)
-        assert wrong.proven[quantity][1] > 1e3 * error[1]
+        if quantity not in TRACK:
+            assert wrong.proven[quantity][1] > 1e6 * error[1]
     assert wrong.proven["reaction"][0] > 1e6 * columns_of(first, "error_")["reaction"][0]
 
 
@@ -135,9 +137,9 @@ def test_a_start_that_is_not_the_scenes_is_rejected():
     scene = load_scene(QUICK)
     values, _ = proof_of(shipped_path(QUICK))
     other = dataclasses.replace(scene, orbit=dataclasses.replace(scene.orbit, speed_factor=1.0 + 1e-14))
-    prove(scene, values.samples(slice(0, 1)))
+    prove(scene, values.samples(slice(0, 2)))
     with pytest.raises(ExcludedError, match="com_velocity at the start"):
-        prove(other, values.samples(slice(0, 1)))
+        prove(other, values.samples(slice(0, 2)))
 
 
 def test_a_motion_with_events_is_left_out_with_the_reason():
