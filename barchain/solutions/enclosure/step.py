@@ -21,6 +21,7 @@ unknowns would grow by their rotation at every step.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 
 ROUGH_BITS = 64
 """Precision of bounds"""
+EXACT_BITS = 4000
+"""Precision in which no difference of numbers in double precision is rounded"""
 TUBE = 2.0**-80
 """Radius of the tube about the path, in radians and lengths of the chain, and of their rates over the fastest one"""
 MOST_PARTS, KNOWN = 256, 0.1
@@ -80,7 +83,9 @@ class Spread:
 class Part:
     """Derivatives over a part of a step, over the scales of the unknowns: within R of M."""
 
-    length: arb
+    start: arb
+    """Since the start of the step, exactly"""
+    end: arb
     middle: arb_mat
     radius: arb_mat
 
@@ -111,17 +116,16 @@ class Path:
         bits, ctx.prec = ctx.prec, ROUGH_BITS
         found = self.spread.frame
         for part in self.parts:
-            if since < part.length:
-                found = part.transport(since) * found
+            if since <= part.end:
+                found = part.transport(since - part.start) * found
                 break
-            found = part.transport(part.length) * found
-            since = since - part.length
+            found = part.transport(part.end - part.start) * found
         ctx.prec = bits
         return found
 
     def at(self, t_s: float) -> list[arb]:
         """Unknowns at an instant, as balls."""
-        since = number(t_s) - number(self.start_s)
+        since = exact_difference(t_s, self.start_s)
         radii = magnitudes(self.carried(since)) * self.spread.size + self.remainder
         return [
             p(since) + plus_minus(radii[i, 0] * w)
@@ -130,7 +134,7 @@ class Path:
 
     def end(self) -> tuple[list[arb], Spread]:
         """Centre and spread at the end."""
-        since = number(self.end_s) - number(self.start_s)
+        since = exact_difference(self.end_s, self.start_s)
         values, carried = [p(since) for p in self.polynomials], self.carried(since)
         bits, ctx.prec = ctx.prec, ROUGH_BITS
         rows = range(len(values))
@@ -142,6 +146,14 @@ class Path:
         size = magnitudes(inverse * carried) * self.spread.size + magnitudes(inverse) * (rounded + self.remainder)
         ctx.prec = bits
         return [x.mid() for x in values], Spread(frame, column([size[i, 0] for i in rows]))
+
+
+def exact_difference(a: float, b: float) -> arb:
+    """Difference of two numbers in double precision, without rounding."""
+    bits, ctx.prec = ctx.prec, EXACT_BITS
+    found = number(a) - number(b)
+    ctx.prec = bits
+    return found
 
 
 def plus_minus(radius: Number) -> arb:
@@ -276,13 +288,13 @@ class Stepper:
         FaceTurnedError
             If a bar may turn its other face.
         """
-        size, part = len(self.series), length / count
-        half = part * (0.5 * BEYOND)
+        size, half = len(self.series), length * (0.5 * BEYOND / count)
+        marks = [*(number(float(length) * m / count) for m in range(count)), length]
         paths = [Neighbourhood(p, length) for p in [*polynomials, *self.bent(polynomials)]]
         tube = [plus_minus(TUBE * w) for w in [*self.scale, *[number(2.0)] * len(self.bend)]]
         zero, one, found = arb(0), arb(1), []
-        for m in range(count):
-            at = part * (m + 0.5)
+        for begin, end in itertools.pairwise(marks):
+            at = (begin + end) / 2
             time = at + number(start_s) + plus_minus(half)
             state = [p.real(at, half) + off for p, off in zip(paths, tube, strict=True)]
             self.start(time, state[:size], state[size:])
@@ -306,7 +318,7 @@ class Stepper:
             if not all(x.is_finite() for row in rows for x in row):
                 raise TooWideError("no bound on the derivatives")
             middle, radius = ([[f(x) for x in row] for row in rows] for f in (arb.mid, arb.rad))
-            found.append(Part(part, arb_mat(middle), arb_mat(radius)))
+            found.append(Part(begin, end, arb_mat(middle), arb_mat(radius)))
         return found
 
     def few_parts(self, start_s: float, polynomials: list[arb_poly], length: arb) -> list[Part]:
@@ -327,8 +339,8 @@ class Stepper:
                 reason = error
             else:
                 rows = range(len(self.series))
-                ranges = ((part.radius * part.length, part.length) for part in found)
-                if all(sum(r[i, j] for j in rows) < KNOWN for r, _ in ranges for i in rows):
+                unknown = [part.radius * (part.end - part.start) for part in found]
+                if all(sum(r[i, j] for j in rows) < KNOWN for r in unknown for i in rows):
                     return found
             self.count *= 2
         raise reason
@@ -348,7 +360,7 @@ class Stepper:
         share = (arb(2) ** -self.bits * self.order / max(map(float, defect)) / number(rho_s)).log() / self.order
         length_s = rho_s * min(LONGEST, math.exp(float(share)))
         stop_s = end_s if start_s + 1.01 * length_s >= end_s else start_s + length_s
-        h = number(stop_s) - number(start_s)
+        h = exact_difference(stop_s, start_s)
         parts = self.few_parts(start_s, polynomials, h)
         factor = h * (h / number(rho_s)) ** (self.order - 1) / self.order
         left = [arb(0)] * len(self.series)
