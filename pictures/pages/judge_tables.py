@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
-from barchain.solutions.certified_file import shipped_path, shipped_solution
+from barchain.solutions.certified_file import ERROR, columns_of, read_file, shipped_path, shipped_solution
+from barchain.solutions.proof import PROVEN, proof_of
 from barchain.solutions.reference import closely_sampled
 from pictures.pages.words import table
 from reports.results.comparison import LINEAR_GROWTH
@@ -15,6 +18,7 @@ from scenarios import load_scene, scene_names
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from barchain.solutions.proof import Proof
     from barchain.solutions.reference import ReferenceSolution
 
 
@@ -57,10 +61,30 @@ def solution_row(name: str, found: ReferenceSolution) -> tuple[str, ...]:
     return name, f"{size:.0f}", f"{angle:.1e}", reaction, growth
 
 
+def enclosed_solutions() -> str:
+    """Proofs that come with barchain, by scene."""
+    head = (
+        "scene", "bars:", "bits:", "order:", "steps:", "time, s:", "radius over the value at the end:",
+        "largest proven distance over the error bar:",
+    )  # fmt: skip
+    known = [(name, proof_of(path)) for name in scene_names() if (path := shipped_path(name)).is_file()]
+    return table(head, (proof_row(name, proof) for name, found in known if found for proof in found[1:]))
+
+
+def proof_row(name: str, proof: Proof) -> tuple[str, ...]:
+    """Row of one scene's proof."""
+    _, frame = read_file(shipped_path(name))
+    proven, error = columns_of(frame, PROVEN), columns_of(frame, ERROR)
+    share = max(float(np.nanmax(proven[q] / np.where(error[q], error[q], np.nan))) for q in error if error[q].any())
+    effort = (load_scene(name).bars, proof.bits, proof.order, proof.steps, round(proof.seconds))
+    return name, *map(str, effort), f"{proof.relative:.0e}", f"{share:.2f}"
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "tolerances": tolerances,
     "safeguards": safeguards,
     "outcomes": outcomes,
     "judging-solutions": judging_solutions,
+    "enclosed-solutions": enclosed_solutions,
 }
 """Tables by their names"""
