@@ -310,11 +310,9 @@ class Stepper:
                 for series, x in zip([self.time, *self.series, *self.bend], new, strict=True):
                     series.c.append(x)
                 self.tape.advance(1)
-                for i, slope in zip(
-                    [*self.first, *self.second], [*(unit[i] for i in self.second), *self.slopes], strict=True
-                ):
-                    x = slope if isinstance(slope, arb) else coefficient(slope, 1)
-                    rows[i][j] = x * self.scale[j] / self.scale[i]
+                for i, k, slope in zip(self.first, self.second, self.slopes, strict=True):
+                    rows[i][j] = unit[k] * self.scale[j] / self.scale[i]
+                    rows[k][j] = coefficient(slope, 1) * self.scale[j] / self.scale[k]
             if not all(x.is_finite() for row in rows for x in row):
                 raise TooWideError("no bound on the derivatives")
             middle, radius = ([[f(x) for x in row] for row in rows] for f in (arb.mid, arb.rad))
