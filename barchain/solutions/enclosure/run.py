@@ -6,12 +6,12 @@ import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flint import arb, ctx
+from flint import arb, arb_mat, ctx
 
 from barchain.solutions.enclosure.equations import Equations, State
 from barchain.solutions.enclosure.forces import number
 from barchain.solutions.enclosure.series import Balls, TooWideError
-from barchain.solutions.enclosure.step import FaceTurnedError, Spread, Stepper
+from barchain.solutions.enclosure.step import FaceTurnedError, Spread, Stepper, column
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -115,7 +115,8 @@ def enclose(
         set_faces(scene, equations, begin, state)
         stepper = Stepper(equations, (scene.size_m, scene.fastest_rate_rad_s), effort.bits, effort.order)
         now, centre = begin, [x.mid() for x in state]
-        spread = Spread.box([x.rad() for x in state], stepper.scale)
+        box = arb_mat([[arb(int(i == j)) for j in range(len(state))] for i in range(len(state))])
+        spread = Spread(box, column([x.rad() / w for x, w in zip(state, stepper.scale, strict=True)]))
         while now < end:
             try:
                 path = stepper.step(now, end, centre, spread)

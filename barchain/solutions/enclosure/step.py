@@ -24,6 +24,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +35,7 @@ from barchain.solutions.enclosure.forces import number
 from barchain.solutions.enclosure.series import Balls, Tape, TooWideError, coefficient, inverse_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from barchain.solutions.enclosure.equations import Equations
     from barchain.solutions.enclosure.series import Number
@@ -72,12 +73,6 @@ class Spread:
     size: arb_mat
     """s, (k, 1)"""
 
-    @classmethod
-    def box(cls, radii: Sequence[arb], scale: Sequence[arb]) -> Spread:
-        """Box along the unknowns."""
-        size = [r / w for r, w in zip(radii, scale, strict=True)]
-        return cls(arb_mat([[arb(int(i == j)) for j in range(len(size))] for i in range(len(size))]), column(size))
-
 
 @dataclass(frozen=True)
 class Part:
@@ -93,8 +88,7 @@ class Part:
         """Matrices F of the distances' growth over some length."""
         size = magnitudes(self.middle) * length
         off = (size + self.radius * length).exp() - size.exp()
-        found, rows = (self.middle * length).exp(), range(off.nrows())
-        return arb_mat([[found[i, j] + plus_minus(off[i, j].abs_upper()) for j in rows] for i in rows])
+        return entries(lambda x, r: x + plus_minus(r.abs_upper()), (self.middle * length).exp(), off)
 
 
 @dataclass(frozen=True)
@@ -113,47 +107,39 @@ class Path:
 
     def carried(self, since: arb) -> arb_mat:
         """Frame at an instant."""
-        bits, ctx.prec = ctx.prec, ROUGH_BITS
         found = self.spread.frame
-        for part in self.parts:
-            if since <= part.end:
-                found = part.transport(since - part.start) * found
-                break
-            found = part.transport(part.end - part.start) * found
-        ctx.prec = bits
+        with ctx.workprec(ROUGH_BITS):
+            for part in self.parts:
+                if since <= part.end:
+                    return part.transport(since - part.start) * found
+                found = part.transport(part.end - part.start) * found
         return found
 
     def at(self, t_s: float) -> list[arb]:
         """Unknowns at an instant, as balls."""
         since = exact_difference(t_s, self.start_s)
         radii = magnitudes(self.carried(since)) * self.spread.size + self.remainder
-        return [
-            p(since) + plus_minus(radii[i, 0] * w)
-            for i, (p, w) in enumerate(zip(self.polynomials, self.scale, strict=True))
-        ]
+        values = [p(since) for p in self.polynomials]
+        return [x + plus_minus(radii[i, 0] * w) for i, (x, w) in enumerate(zip(values, self.scale, strict=True))]
 
     def end(self) -> tuple[list[arb], Spread]:
         """Centre and spread at the end."""
         since = exact_difference(self.end_s, self.start_s)
-        values, carried = [p(since) for p in self.polynomials], self.carried(since)
-        bits, ctx.prec = ctx.prec, ROUGH_BITS
-        rows = range(len(values))
-        lengths = np.array([[float(carried[i, j].mid() * self.spread.size[j, 0]) for j in rows] for i in rows])
-        ordered = lengths[:, np.argsort(-np.linalg.norm(lengths, axis=0), kind="stable")]
-        frame = arb_mat(np.linalg.qr(ordered / (np.abs(ordered).max() or 1.0))[0].tolist())
-        inverse = inverse_of(frame)
-        rounded = column([x.rad() / w for x, w in zip(values, self.scale, strict=True)])
-        size = magnitudes(inverse * carried) * self.spread.size + magnitudes(inverse) * (rounded + self.remainder)
-        ctx.prec = bits
-        return [x.mid() for x in values], Spread(frame, column([size[i, 0] for i in rows]))
+        values, carried, rows = [p(since) for p in self.polynomials], self.carried(since), range(len(self.scale))
+        with ctx.workprec(ROUGH_BITS):
+            lengths = np.array([[float(carried[i, j].mid() * self.spread.size[j, 0]) for j in rows] for i in rows])
+            ordered = lengths[:, np.argsort(-np.linalg.norm(lengths, axis=0), kind="stable")]
+            frame = arb_mat(np.linalg.qr(ordered / (np.abs(ordered).max() or 1.0))[0].tolist())
+            inverse = inverse_of(frame)
+            rounded = column([x.rad() / w for x, w in zip(values, self.scale, strict=True)])
+            size = magnitudes(inverse * carried) * self.spread.size + magnitudes(inverse) * (rounded + self.remainder)
+        return [x.mid() for x in values], Spread(frame, magnitudes(size))
 
 
 def exact_difference(a: float, b: float) -> arb:
     """Difference of two numbers in double precision, without rounding."""
-    bits, ctx.prec = ctx.prec, EXACT_BITS
-    found = number(a) - number(b)
-    ctx.prec = bits
-    return found
+    with ctx.workprec(EXACT_BITS):
+        return number(a) - number(b)
 
 
 def plus_minus(radius: Number) -> arb:
@@ -166,10 +152,15 @@ def column(values: Sequence[Number]) -> arb_mat:
     return arb_mat(len(values), 1, [arb(x).upper() for x in values])
 
 
+def entries(of: Callable[..., Number], *matrices: arb_mat) -> arb_mat:
+    """Matrix of a function of the entries of some."""
+    rows, columns = range(matrices[0].nrows()), range(matrices[0].ncols())
+    return arb_mat([[of(*(m[i, j] for m in matrices)) for j in columns] for i in rows])
+
+
 def magnitudes(matrix: arb_mat) -> arb_mat:
     """Upper bounds of absolute values."""
-    columns = range(matrix.ncols())
-    return arb_mat([[arb(matrix[i, j].abs_upper()) for j in columns] for i in range(matrix.nrows())])
+    return entries(lambda x: arb(x.abs_upper()), matrix)
 
 
 class Stepper:
@@ -336,9 +327,9 @@ class Stepper:
             except TooWideError as error:
                 reason = error
             else:
-                rows = range(len(self.series))
-                unknown = [part.radius * (part.end - part.start) for part in found]
-                if all(sum(r[i, j] for j in rows) < KNOWN for r in unknown for i in rows):
+                ones = column([1] * len(self.series))
+                unknown = [part.radius * (part.end - part.start) * ones for part in found]
+                if all(sums[i, 0] < KNOWN for sums in unknown for i in range(len(self.series))):
                     return found
             self.count *= 2
         raise reason
@@ -364,20 +355,14 @@ class Stepper:
         left = [arb(0)] * len(self.series)
         for i, x in zip(self.second, defect, strict=True):
             left[i] = x * factor / self.scale[i]
-        growth = magnitudes(parts[0].middle) + parts[0].radius
-        for part in parts[1:]:
-            other = magnitudes(part.middle) + part.radius
-            rows = range(len(left))
-            growth = arb_mat([[growth[i, j].max(other[i, j]).upper() for j in rows] for i in rows])
-        exponential = (growth * h).exp()
+        sizes = [magnitudes(part.middle) + part.radius for part in parts]
+        exponential = (entries(lambda *x: reduce(arb.max, x).upper(), *sizes) * h).exp()
         within = exponential * (magnitudes(spread.frame) * spread.size + column(left))
         if not all(within[i, 0] < TUBE for i in range(len(left))):
             raise TooWideError(f"the ball is too wide at {stop_s:.6g} s: more bits are needed")
-        remainder = exponential * column(left)
         ctx.prec = self.bits
         self.steps += 1
-        remainder = column([remainder[i, 0] for i in range(len(left))])
-        return Path(start_s, stop_s, polynomials, self.scale, parts, spread, remainder)
+        return Path(start_s, stop_s, polynomials, self.scale, parts, spread, magnitudes(exponential * column(left)))
 
 
 class Neighbourhood:
