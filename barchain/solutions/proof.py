@@ -30,17 +30,19 @@ from barchain.solutions.certified_file import (
     with_prefix,
     write_frame,
 )
+from barchain.solutions.reference import UNIT_ROUNDOFF
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.enclosure.run import Enclosed
     from scenarios import Scene
 
-    Balls = Mapping[str, list[list[Any]]]
-    """Of each quantity, by bar or joint and component"""
+    Balls = NDArray[np.object_]
 
 PROOF, PROVEN, RADIUS, LOW = "proof", "proven_", "radius_", "low_"
 BITS, MORE_BITS, MOST_BITS = 200, 1.5, 2000
@@ -111,17 +113,19 @@ def prove(scene: Scene, trajectory: Trajectory, *, bits: int = BITS, **options: 
     """
     from barchain.solutions.enclosure.run import Effort, TooWideError, enclose, order_for  # noqa: PLC0415  # flint
 
+    start = state_of(exactly(components(trajectory, UNKNOWNS)), 0)
     while True:
         effort, begun = Effort(bits, order_for(bits)), time.perf_counter()
         try:
-            found = list(enclose(scene, trajectory.t_s.tolist(), start_of(trajectory), effort, **options))
-            last = by_quantity(found[-1], scene.bars)
-            widths = {q: norm_of([[x.rad() for x in part] for part in last[q]]) for q in last}
-            relative = max(widths[q] / float(size.max()) for q, size in sizes(trajectory).items() if size.any())
+            found = list(enclose(scene, trajectory.t_s.tolist(), start, effort, **options))
+            last, largest = by_quantity(found[-1], scene.bars), sizes(trajectory)
+            relative = max(norm_of(RADII(last[q])) / float(x.max()) for q, x in largest.items() if x.any())
             if relative <= DIGITS:
                 need_start(scene, trajectory)
                 taken = round(time.perf_counter() - begun, 1)
-                return Proof(bits, effort.order, effort.steps, taken, relative, *compared(scene, trajectory, found))
+                return Proof(
+                    bits, effort.order, effort.steps, taken, relative, *compared(trajectory, found, scene.bars)
+                )
             reason = f"the radius at the end is {relative:.1e} of the value"
         except TooWideError as error:
             reason = str(error)
@@ -130,11 +134,27 @@ def prove(scene: Scene, trajectory: Trajectory, *, bits: int = BITS, **options: 
             raise TooWideError(reason)
 
 
-def start_of(trajectory: Trajectory) -> list[Any]:
-    """State in the first row of a trajectory, exact numbers."""
+def exactly(values: Mapping[str, Array]) -> dict[str, Balls]:
+    """Numbers in double precision as exact balls."""
     from barchain.solutions.enclosure.forces import number  # noqa: PLC0415  # flint
 
-    return [number(x) for q in UNKNOWNS for x in getattr(trajectory, FIELDS[q])[0]]
+    return {name: np.vectorize(number, otypes=[object])(x) for name, x in values.items()}
+
+
+def state_of(values: Mapping[str, Balls], row: int) -> list[Any]:
+    """State of an enclosure in one row."""
+    return [x for name in UNKNOWNS for x in values[name][row].ravel()]
+
+
+RADII = np.vectorize(lambda x: x.rad(), otypes=[object])
+MIDDLES = np.vectorize(lambda x: float(x.mid()), otypes=[float])
+BOUNDS = np.vectorize(lambda x: float(x.abs_upper()), otypes=[float])
+
+
+def norm_of(parts: Balls) -> float:
+    """Upper bound of the largest norm of some vectors of balls, (k, components)."""
+    rounded = 1.0 + 2.0**-48  # of the conversions to double precision, and of the root
+    return float(np.linalg.norm(BOUNDS(parts), axis=-1).max()) * rounded
 
 
 def need_start(scene: Scene, trajectory: Trajectory) -> None:
@@ -147,53 +167,38 @@ def need_start(scene: Scene, trajectory: Trajectory) -> None:
     """
     from barchain.solutions.enclosure.start import start_balls  # noqa: PLC0415  # flint
 
-    n, row = scene.bars, start_balls(scene)
+    n, values = scene.bars, components(trajectory, UNKNOWNS)
+    row = np.array(start_balls(scene), dtype=object) - np.array(state_of(exactly(values), 0), dtype=object)
     operand = {"com": scene.radius0_m, "com_velocity": scene.speed0_m_s, "attitude": 2.0 * math.pi}
-    off = [x - y for x, y in zip(row, start_of(trajectory), strict=True)]
-    for quantity, part in zip(UNKNOWNS, (off[:2], off[2:4], off[4 : 4 + n], off[4 + n :]), strict=True):
-        largest = float(np.abs(getattr(trajectory, FIELDS[quantity])[0]).max())
-        allowed = START_ROUNDINGS * 2.0**-53 * max(largest, operand.get(quantity, scene.fastest_rate_rad_s))
-        if norm_of([[x] for x in part]) > allowed:
-            raise ExcludedError(f"{scene.name}: the {quantity} at the start is not the scene's")
+    for name, off in zip(UNKNOWNS, np.split(row, [2, 4, 4 + n]), strict=True):
+        size = max(float(np.abs(values[name][0]).max()), operand.get(name, scene.fastest_rate_rad_s))
+        if norm_of(off[:, None]) > START_ROUNDINGS * UNIT_ROUNDOFF * size:
+            raise ExcludedError(f"{scene.name}: the {name} at the start is not the scene's")
 
 
-def norm_of(parts: Sequence[Sequence[Any]]) -> float:
-    """Upper bound of the largest norm of some vectors of balls."""
-    rounded = 1.0 + 2.0**-48  # of the conversions to double precision, and of the root
-    return max((math.hypot(*(float(x.abs_upper()) for x in part)) * rounded for part in parts), default=0.0)
-
-
-def by_quantity(found: Enclosed, bars: int) -> Balls:
-    """Balls as `barchain.metrics.quantities.components` has values."""
-    state = found.state
-    reaction, impulse = ([x[k : k + 2] for k in range(0, len(x), 2)] for x in (found.reaction, found.impulse))
-    angle, rate, torque = ([[x] for x in part] for part in (state[4 : 4 + bars], state[4 + bars :], found.torque))
-    track = {"com": [state[:2]], "com_velocity": [state[2:4]]}
-    return track | {"attitude": angle, "rate": rate, "reaction": reaction, "torque": torque, "impulse": impulse}
+def by_quantity(found: Enclosed, bars: int) -> dict[str, Balls]:
+    """Balls as `barchain.metrics.quantities.components` has values, (k, components) each."""
+    parts = np.split(np.array(found.state, dtype=object), [2, 4, 4 + bars])
+    others = (found.reaction, found.torque, found.impulse)
+    widths = {"com": 2, "com_velocity": 2, "attitude": 1, "rate": 1, "reaction": 2, "torque": 1, "impulse": 2}
+    arrays = (np.array(x, dtype=object) for x in (*parts, *others))
+    return {name: x.reshape(-1, width) for (name, width), x in zip(widths.items(), arrays, strict=True)}
 
 
 def compared(
-    scene: Scene, trajectory: Trajectory, found: Sequence[Enclosed]
+    trajectory: Trajectory, found: Sequence[Enclosed], bars: int
 ) -> tuple[dict[str, Array], dict[str, Array], Trajectory]:
     """Distances of a trajectory's values from balls, radii of the balls about value plus low part, and low parts."""
-    from barchain.solutions.enclosure.forces import number  # noqa: PLC0415  # flint
-
     values = components(trajectory)
-    low = {name: np.zeros_like(x) for name, x in values.items()}
+    exact, low = exactly(values), {name: np.zeros_like(x) for name, x in values.items()}
     proven, radius = ({name: np.zeros(len(found)) for name in values} for _ in range(2))
-    for i, balls in enumerate(found):
-        for name, parts in by_quantity(balls, scene.bars).items():
-            if name in values:
-                beyond = [
-                    [x - number(y) for x, y in zip(*pair, strict=True)]
-                    for pair in zip(parts, values[name][i], strict=True)
-                ]
-                low[name][i] = [[float(x.mid()) for x in part] for part in beyond]
-                rest = [
-                    [x - number(y) for x, y in zip(*pair, strict=True)]
-                    for pair in zip(beyond, low[name][i], strict=True)
-                ]
-                proven[name][i], radius[name][i] = norm_of(beyond), norm_of(rest)
+    for i, seen in enumerate(found):
+        now = by_quantity(seen, bars)
+        for name in values:
+            beyond = now[name] - exact[name][i]
+            low[name][i] = MIDDLES(beyond)
+            proven[name][i] = norm_of(beyond)
+            radius[name][i] = norm_of(beyond - exactly({name: low[name][i]})[name])
     arrays = {FIELDS[name]: x.reshape(getattr(trajectory, FIELDS[name]).shape) for name, x in low.items()}
     return proven, radius, trajectory.replace(**arrays)
 
@@ -288,28 +293,23 @@ def check_proof(scene: Scene, path: Path) -> str:
     values, proof = stored
     bits, (begin_s, end_s) = round(proof.bits * OTHER_BITS), values.t_s[-2:].tolist()
     ctx.prec = bits
-    begin, end = (balls_at(values, proof, row) for row in (-2, -1))
-    start = [x for q in UNKNOWNS for part in begin[q] for x in part]
-    (last,) = enclose(scene, [end_s], start, Effort(bits, order_for(bits)), start_s=begin_s)
+    stored_balls = balls_of(values, proof)
+    (last,) = enclose(scene, [end_s], state_of(stored_balls, -2), Effort(bits, order_for(bits)), start_s=begin_s)
     again = by_quantity(last, scene.bars)
-    for quantity in end.keys() - {"impulse"}:
-        pairs = zip(end[quantity], again[quantity], strict=True)
-        if not all(x.overlaps(y) for pair in pairs for x, y in zip(*pair, strict=True)):
+    for quantity in stored_balls.keys() - {"impulse"}:
+        pairs = zip(stored_balls[quantity][-1].ravel(), again[quantity].ravel(), strict=True)
+        if not all(x.overlaps(y) for x, y in pairs):
             return f"the {quantity} at {end_s:.9g} s is not in the ball of {bits} bits"
     return ""
 
 
-def balls_at(values: Trajectory, proof: Proof, row: int) -> Balls:
-    """Balls about value plus low part, in one row."""
+def balls_of(values: Trajectory, proof: Proof) -> dict[str, Balls]:
+    """Balls about value plus low part, (n, k, components) each."""
     from flint import arb  # noqa: PLC0415
 
-    from barchain.solutions.enclosure.forces import number  # noqa: PLC0415  # flint
-
-    high, low = (components(x, proof.radius) for x in (values, proof.low))
-    return {
-        q: [
-            [number(x) + number(y) + arb(0, float(radius[row])) for x, y in zip(*pair, strict=True)]
-            for pair in zip(high[q][row], low[q][row], strict=True)
-        ]
+    high, low = (exactly(components(x, proof.radius)) for x in (values, proof.low))
+    radii = {
+        q: np.array([arb(0, float(r)) for r in radius], dtype=object)[:, None, None]
         for q, radius in proof.radius.items()
     }
+    return {q: high[q] + low[q] + radii[q] for q in radii}

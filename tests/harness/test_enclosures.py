@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 
 import numpy as np
 import pytest
@@ -13,7 +12,16 @@ from barchain.metrics.quantities import TRACK
 from barchain.result_files.judging import judge_files
 from barchain.solutions import proof as proof_module
 from barchain.solutions.certified_file import columns_of, motion_of, read_file, shipped_path, write_frame
-from barchain.solutions.proof import ExcludedError, attach, balls_at, by_quantity, check_proof, proof_of, prove
+from barchain.solutions.proof import (
+    ExcludedError,
+    attach,
+    balls_of,
+    by_quantity,
+    check_proof,
+    proof_of,
+    prove,
+    state_of,
+)
 from scenarios import load_scene, make_scene, scene_names
 
 flint = pytest.importorskip("flint", reason="python-flint is not installed: nothing can be enclosed")
@@ -92,15 +100,13 @@ def test_an_error_of_1e_25_in_a_certified_value_is_excluded(relative):
     scene = load_scene(QUICK)
     values, proof = proof_of(shipped_path(QUICK))
     flint.ctx.prec = 300
-    begin = balls_at(values, proof, 0)
-    start = [x for q in proof_module.UNKNOWNS for part in begin[q] for x in part]
-    (found,) = enclosed(scene, [float(values.t_s[1])], start, bits=300)
-    for quantity, parts in balls_at(values, proof, 1).items():
-        fresh = by_quantity(found, scene.bars)[quantity]
-        planted = [x * (1 + flint.arb(relative)) for part in parts for x in part]
-        assert [x.overlaps(y) for x, y in zip(planted, itertools.chain(*fresh), strict=True)] == [not relative] * len(
-            planted
-        )
+    stored = balls_of(values, proof)
+    (found,) = enclosed(scene, [float(values.t_s[1])], state_of(stored, 0), bits=300)
+    for quantity, fresh in by_quantity(found, scene.bars).items():
+        planted = stored[quantity][1] * (1 + flint.arb(relative)) if quantity in stored else []
+        assert [x.overlaps(y) for x, y in zip(np.ravel(planted), fresh.ravel(), strict=True)] == [
+            not relative
+        ] * fresh.size
 
 
 def test_an_error_of_1e_25_in_a_file_is_told(tmp_path):
