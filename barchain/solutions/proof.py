@@ -45,12 +45,14 @@ if TYPE_CHECKING:
     Balls = NDArray[np.object_]
 
 PROOF, PROVEN, RADIUS, LOW = "proof", "proven_", "radius_", "low_"
-BITS, MORE_BITS, MOST_BITS = 200, 1.5, 2000
+BITS, MORE_BITS, MOST_BITS = 160, 1.5, 2000
 """Precision of the first attempt, its growth from attempt to attempt, and its limit"""
 OTHER_BITS = 1.3
 """Precision of a check over that of the proof"""
 DIGITS = 1e-25
 """Radius over the value's size that an enclosure must reach"""
+KEPT = 1e-32
+"""Digits of a value and its low part"""
 START_ROUNDINGS = 4.0
 """Of a start in double precision, in roundings of the largest operand: an angle is a sum, a velocity a product"""
 UNKNOWNS = ("com", "com_velocity", "attitude", "rate")
@@ -275,7 +277,9 @@ def proven_words(scene: Scene) -> str:
     """Sentence on the proof of the solution that judges a scene; empty if none comes with barchain, or no proof."""
     path = shipped_files().get(scene.digest)
     proof = head_of(path).get(PROOF) if path is not None else None
-    return f"judged by a certified solution that is proven to {proof['relative']:.0e} of its values" if proof else ""
+    if not proof:
+        return ""
+    return f"the certified solution that judges is proven to {max(proof['relative'], KEPT):.0e} of its values"
 
 
 def check_proof(scene: Scene, path: Path) -> str:

@@ -108,7 +108,7 @@ def enclose(
         ctx.prec = effort.bits
         equations = Equations(scene, 0.5 * (begin + end), gradient_sign=gradient_sign)
         pushes = [push for push in scene.effects.impulse if push.at_s == begin]
-        if pushes and begin > start_s:
+        if pushes:
             jumps = equations.jump(Balls(), State.of(number(begin), state), pushes)
             state = jumped(state, jumps)
             impulse = [a + b for a, b in zip(impulse, itertools.chain(*jumps.reaction), strict=True)]
