@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     Balls = NDArray[np.object_]
 
 PROOF, PROVEN, RADIUS, LOW = "proof", "proven_", "radius_", "low_"
-BITS, MORE_BITS, MOST_BITS = 160, 1.5, 2000
+BITS, MORE_BITS, MOST_BITS = 200, 1.5, 2000
 """Precision of the first attempt, its growth from attempt to attempt, and its limit"""
 OTHER_BITS = 1.3
 """Precision of a check over that of the proof"""

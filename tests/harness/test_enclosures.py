@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -137,6 +138,54 @@ def test_every_certified_value_is_nearer_the_exact_one_than_its_error_bar(name):
         assert np.array_equal(seen, ~np.isnan(proven[quantity]))
         assert np.all(proven[quantity][seen] <= allowed[seen])
     assert head["proof"]["relative"] < proof_module.DIGITS
+
+
+def test_another_method_of_another_order_finds_the_same_digits():
+    """Newton's and Euler's laws with the joint's force, by extrapolated midpoint steps in 40 digits of mpmath."""
+    scene = load_scene("conform/two_bars_free")
+    values, proof = proof_of(shipped_path(scene.name))
+    with mpmath.workdps(40):
+        chain = scene.chain
+        mass, half, inertia = (
+            np.array([mpmath.mpf(x) for x in each]) for each in (chain.mass_kg, chain.length_m, chain.inertia_kg_m2)
+        )
+        half = half / 2
+
+        def slopes(y):
+            u = [np.array([mpmath.cos(a), mpmath.sin(a)]) for a in y[:2]]
+            n = [np.array([-s, c]) for c, s in u]
+            gap = sum(h * w * w * a for h, w, a in zip(half, y[2:], u, strict=True))
+            matrix = sum(h * h / j * np.outer(a, a) for h, j, a in zip(half, inertia, n, strict=True))
+            matrix = matrix + np.eye(2, dtype=int) * sum(1 / mass)
+            force = np.array(mpmath.lu_solve(mpmath.matrix(matrix.tolist()), mpmath.matrix(gap.tolist())))
+            return np.array([*y[2:], *(h / j * (a @ force) for h, j, a in zip(half, inertia, n, strict=True))])
+
+        y = np.array([mpmath.mpf(float(x)) for x in [*values.angle_rad[0], *values.rate_rad_s[0]]])
+        for _ in range(STEPS):
+            y = extrapolated(slopes, y, mpmath.mpf(float(values.t_s[1])) / STEPS)
+        for name, part in (("angle_rad", y[:2]), ("rate_rad_s", y[2:])):
+            high, low = (getattr(x, name)[1] for x in (values, proof.low))
+            for found, a, b in zip(part, high, low, strict=True):
+                assert abs(found - mpmath.mpf(float(a)) - mpmath.mpf(float(b))) < 1e-29 * abs(found)
+
+
+STEPS, LEVELS = 4, 15
+
+
+def extrapolated(slopes, y, step):
+    """A step of order 30: midpoint rules of 2, 4, ... 30 parts (Gragg, Bulirsch, Stoer)."""
+    rows = []
+    for k in range(1, LEVELS + 1):
+        before, h = y, step / (2 * k)
+        now = y + h * slopes(y)
+        for _ in range(2 * k - 1):
+            before, now = now, before + 2 * h * slopes(now)
+        row = [(before + now + h * slopes(now)) / 2]
+        for j, last in enumerate(rows[-1] if rows else [], start=1):
+            ratio = mpmath.mpf(k) / (k - j)
+            row.append(row[-1] + (row[-1] - last) / (ratio * ratio - 1))
+        rows.append(row)
+    return rows[-1][-1]
 
 
 def test_a_start_that_is_not_the_scenes_is_rejected():

@@ -24,7 +24,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -105,15 +105,20 @@ class Path:
     remainder: arb_mat
     """(k, 1) of the polynomials at any instant of the step, over the scales"""
 
+    @cached_property
+    def frames(self) -> list[arb_mat]:
+        """Frames at the start of each part, and at the end."""
+        found = [self.spread.frame]
+        for part in self.parts:
+            found.append(part.transport(part.end - part.start) * found[-1])
+        return found
+
     def carried(self, since: arb) -> arb_mat:
         """Frame at an instant."""
-        found = self.spread.frame
         with ctx.workprec(ROUGH_BITS):
-            for part in self.parts:
-                if since <= part.end:
-                    return part.transport(since - part.start) * found
-                found = part.transport(part.end - part.start) * found
-        return found
+            m = next(m for m, part in enumerate(self.parts) if since <= part.end)
+            part = self.parts[m]
+            return self.frames[m + 1] if since == part.end else part.transport(since - part.start) * self.frames[m]
 
     def at(self, t_s: float) -> list[arb]:
         """Unknowns at an instant, as balls."""
