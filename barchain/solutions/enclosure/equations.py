@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 from flint import arb
 
 from barchain.solutions.enclosure.forces import BarState, Forces, cross, dot, number
+from barchain.solutions.enclosure.series import summed
 from scenarios import Actuator, Course, Frame
 
 if TYPE_CHECKING:
@@ -67,11 +68,6 @@ class Motion:
     """(N-1,) force on bar j from bar j+1; empty unless wanted"""
 
 
-def summed(weights: Sequence[arb], values: Sequence[Number]) -> Number:
-    """Weighted sum."""
-    return sum((v * w for w, v in zip(weights, values, strict=True)), 0)
-
-
 class Equations:
     """Equations of a scene between two breaks of its effects."""
 
@@ -85,6 +81,8 @@ class Equations:
         shares = [number(share) for share in chain.com_share] or [arb(1) / 2] * self.bars
         self.left = [share * length for share, length in zip(shares, self.length, strict=True)]
         self.right = [length - left for length, left in zip(self.length, self.left, strict=True)]
+        self.moving = bool(scene.effects.drag) or any(law.frame is Frame.LOCAL_HORIZONTAL for law in self.laws)
+        """Whether velocities of the bars' centres are needed"""
         self.share = [m / sum(self.mass[1:], self.mass[0]) for m in self.mass]
         self.place = self.places()
         self.column = list(zip(*self.place, strict=True))
@@ -111,12 +109,12 @@ class Equations:
         u = [(cosine, sine) for sine, cosine in waves]
         n = [(-sine, cosine) for sine, cosine in waves]
         numbers = zip(self.mass, self.inertia, self.length, self.left, self.right, strict=True)
-        moving = [(a[0] * w, a[1] * w) for a, w in zip(n, s.rate, strict=True)]
+        moving = [(a[0] * w, a[1] * w) for a, w in zip(n, s.rate, strict=True)] if self.moving else []
         (x, y), (vx, vy) = s.place, s.velocity
         found = []
         for j, (row, own) in enumerate(zip(self.place, numbers, strict=True)):
             dx, dy = (summed(row, [a[k] for a in u]) for k in (0, 1))
-            wx, wy = (summed(row, [a[k] for a in moving]) for k in (0, 1))
+            wx, wy = (summed(row, [a[k] for a in moving]) if self.moving else 0 for k in (0, 1))
             places = ((x + dx, y + dy), (x, y), (dx, dy), (vx + wx, vy + wy))
             found.append(BarState(j, *places, u[j], n[j], s.angle[j], s.rate[j], *own))
         return found

@@ -57,6 +57,7 @@ class BarState:
     offset: Pair
     """d = Z - Z0"""
     velocity: Pair
+    """Of its centre; of the chain's where no force needs it"""
     u: Pair
     """Along the bar"""
     n: Pair

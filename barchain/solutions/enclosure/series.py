@@ -242,6 +242,17 @@ class Tape:
         return found
 
 
+def summed(weights: Sequence[Number], values: Sequence[Number]) -> Number:
+    """Weighted sum of balls or of series; an integer zero stands for a value that is absent."""
+    present = [(w, x) for w, x in zip(weights, values, strict=True) if not is_zero(x)]
+    series = [(w, x) for w, x in present if isinstance(x, Series)]
+    constant = sum((w * x for w, x in present if not isinstance(x, Series)), 0)
+    if not series:
+        return constant
+    found = Series(series[0][1].tape, lambda k: sum((w * x.c[k] for w, x in series), ZERO))
+    return found + constant
+
+
 def coefficient(x: Number, k: int) -> Number:
     """Coefficient of a series, or of a constant."""
     return x.c[k] if isinstance(x, Series) else arb(0 if k else x)
