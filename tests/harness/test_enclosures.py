@@ -157,7 +157,7 @@ def test_another_method_of_another_order_finds_the_same_digits():
             gap = sum(h * w * w * a for h, w, a in zip(half, y[2:], u, strict=True))
             matrix = sum(h * h / j * np.outer(a, a) for h, j, a in zip(half, inertia, n, strict=True))
             matrix = matrix + np.eye(2, dtype=int) * sum(1 / mass)
-            force = np.array(mpmath.lu_solve(mpmath.matrix(matrix.tolist()), mpmath.matrix(gap.tolist())))
+            force = np.array(list(mpmath.lu_solve(mpmath.matrix(matrix.tolist()), mpmath.matrix(gap.tolist()))))
             return np.array([*y[2:], *(h / j * (a @ force) for h, j, a in zip(half, inertia, n, strict=True))])
 
         y = np.array([mpmath.mpf(float(x)) for x in [*values.angle_rad[0], *values.rate_rad_s[0]]])
