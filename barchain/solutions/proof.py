@@ -45,11 +45,11 @@ if TYPE_CHECKING:
     Balls = NDArray[np.object_]
 
 PROOF, PROVEN, RADIUS, LOW = "proof", "proven_", "radius_", "low_"
-BITS, MORE_BITS, MOST_BITS = 200, 1.5, 2000
-"""Precision of the first attempt, its growth from attempt to attempt, and its limit"""
+BITS, MORE_BITS, MOST_BITS = 128, 1.5, 2000
+"""Precision of the first attempt (a ball then takes no memory of its own), its growth, and its limit"""
 OTHER_BITS = 1.3
 """Precision of a check over that of the proof"""
-DIGITS = 1e-25
+DIGITS = 1e-20
 """Radius over the value's size that an enclosure must reach"""
 KEPT = 1e-32
 """Digits of a value and its low part"""
