@@ -12,6 +12,7 @@ from barchain.solutions.enclosure.equations import Equations, State
 from barchain.solutions.enclosure.forces import number
 from barchain.solutions.enclosure.series import Balls, TooWideError
 from barchain.solutions.enclosure.step import FaceTurnedError, Spread, Stepper, column
+from scenarios.effect_types import LAW_FORMS, Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -21,6 +22,13 @@ if TYPE_CHECKING:
 
 LEAST_ORDER, ORDER_PER_BIT = 30, 0.35
 """Orders that cost least: measured"""
+
+ENCLOSED = frozenset({
+    *(f"gravity.{model}" for model in Gravity), *(f"prescribed_rotation.{form}" for form in LAW_FORMS), "thrust.body",
+    "thrust.inertial", "impulse", "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper",
+    "joint_torque",
+})  # fmt: skip
+"""Effects of `Effects.names` that forces and equations have; edges of a shadow are events"""
 
 
 class NotEnclosedError(ValueError):
@@ -53,10 +61,8 @@ class Effort:
 
 def why_not(scene: Scene) -> str:
     """Reason why a scene is not enclosed; empty if it may be."""
-    light = scene.effects.solar_pressure
-    if light is not None and light.shadow and scene.central_body.radius_m > 0.0:
-        return "edges of the shadow are events, whose instants are not enclosed"
-    return ""
+    others = sorted(scene.effects.names - ENCLOSED)
+    return f"there are no enclosures of {', '.join(others)}" if others else ""
 
 
 def order_for(bits: int) -> int:
