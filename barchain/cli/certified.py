@@ -70,7 +70,8 @@ def certified_solutions(
 def enclosed(name: str, out: Path) -> bool:
     """Enclose a scene's motion; whether its certified solution is not excluded."""
     from barchain.solutions.certified_file import shipped_path
-    from barchain.solutions.enclosure.run import NotEnclosedError, TooWideError
+    from barchain.solutions.enclosure.run import NotEnclosedError
+    from barchain.solutions.enclosure.series import TooWideError
     from barchain.solutions.proof import ExcludedError, attach
     from scenarios import load_scene
 

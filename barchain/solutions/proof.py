@@ -113,7 +113,8 @@ def prove(scene: Scene, trajectory: Trajectory, *, bits: int = BITS, **options: 
     ExcludedError
         If the first row is not the scene's start.
     """
-    from barchain.solutions.enclosure.run import Effort, TooWideError, enclose, order_for  # noqa: PLC0415  # flint
+    from barchain.solutions.enclosure.run import Effort, enclose, order_for  # noqa: PLC0415  # flint
+    from barchain.solutions.enclosure.series import TooWideError  # noqa: PLC0415  # flint
 
     start = state_of(exactly(components(trajectory, UNKNOWNS)), 0)
     while True:

@@ -10,14 +10,13 @@ from flint import arb, arb_mat, ctx
 
 from barchain.solutions.enclosure.equations import Equations, State
 from barchain.solutions.enclosure.forces import number
-from barchain.solutions.enclosure.series import Balls, TooWideError
+from barchain.solutions.enclosure.series import Balls
 from barchain.solutions.enclosure.step import FaceTurnedError, Spread, Stepper, column
 from scenarios.effect_types import LAW_FORMS, Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from barchain.solutions.enclosure.equations import Motion
     from scenarios import Scene
 
 LEAST_ORDER, ORDER_PER_BIT = 30, 0.35
@@ -116,7 +115,8 @@ def enclose(
         pushes = [push for push in scene.effects.impulse if push.at_s == begin]
         if pushes:
             jumps = equations.jump(Balls(), State.of(number(begin), state), pushes)
-            state = jumped(state, jumps)
+            moves = [0, 0, *jumps.fall, *([0] * scene.bars), *jumps.turn]
+            state = [x + move for x, move in zip(state, moves, strict=True)]
             impulse = [a + b for a, b in zip(impulse, itertools.chain(*jumps.reaction), strict=True)]
         set_faces(scene, equations, begin, state)
         stepper = Stepper(equations, (scene.size_m, scene.fastest_rate_rad_s), effort.bits, effort.order)
@@ -128,20 +128,15 @@ def enclose(
                 path = stepper.step(now, end, centre, spread)
             except FaceTurnedError as error:
                 raise NotEnclosedError(f"{scene.name}: {error}, near {now:.6g} s") from None
-            while left and (left[0] <= path.end_s):
-                yield sample(equations, left[0], path.at(left[0]), impulse)
-                left.pop(0)
+            while left and left[0] <= path.end_s:
+                t_s = left.pop(0)
+                row = path.at(t_s)
+                seen = equations.motion(Balls(), State.of(number(t_s), row), reactions=True)
+                yield Enclosed(t_s, row, list(itertools.chain(*seen.reaction)), list(seen.torque), list(impulse))
             now, state, (centre, spread) = path.end_s, path.at(path.end_s), path.end()
             effort.steps += 1
             if told is not None:
                 told(now, max((x.rad() for x in state[4 : 4 + scene.bars]), key=float))
-
-
-def jumped(state: list[arb], jumps: Motion) -> list[arb]:
-    """State after impulses."""
-    half = len(state) // 2 - 2
-    moves = [0, 0, *jumps.fall, *([0] * half), *jumps.turn]
-    return [x + move for x, move in zip(state, moves, strict=True)]
 
 
 def set_faces(scene: Scene, equations: Equations, begin_s: float, state: list[arb]) -> None:
@@ -156,12 +151,3 @@ def set_faces(scene: Scene, equations: Equations, begin_s: float, state: list[ar
     if any(x.contains(0) for x in equations.forces.watched):
         raise NotEnclosedError(f"{scene.name}: a bar is edge-on to the air or the Sun at {begin_s:.6g} s")
     equations.forces.faces = [1 if x > 0 else -1 for x in equations.forces.watched]
-
-
-def sample(equations: Equations, t_s: float, state: list[arb], impulse: list[arb]) -> Enclosed:
-    """Balls of everything at one instant."""
-    seen = equations.motion(Balls(), State.of(number(t_s), state), reactions=True)
-    return Enclosed(t_s, state, list(itertools.chain(*seen.reaction)), list(seen.torque), list(impulse))
-
-
-__all__ = ["Effort", "Enclosed", "NotEnclosedError", "TooWideError", "enclose", "order_for", "why_not"]
