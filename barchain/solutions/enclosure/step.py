@@ -46,7 +46,7 @@ EXACT_BITS = 4000
 """Precision in which no difference of numbers in double precision is rounded"""
 TUBE = 2.0**-80
 """Radius of the tube about the path, in radians and lengths of the chain, and of their rates over the fastest one"""
-MOST_PARTS, KNOWN = 256, 0.1
+MOST_PARTS, KNOWN = 256, 0.03
 """Most parts of a step for its growth, and the largest sum of the derivatives' radii in a row, over a part's length"""
 LONGEST = 0.5
 """Longest step over the radius of the circle"""
