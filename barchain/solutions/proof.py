@@ -45,8 +45,8 @@ if TYPE_CHECKING:
     Balls = NDArray[np.object_]
 
 PROOF, PROVEN, RADIUS, LOW = "proof", "proven_", "radius_", "low_"
-BITS, MORE_BITS, MOST_BITS = 128, 1.5, 2000
-"""Precision of the first attempt (a ball then takes no memory of its own), its growth, and its limit"""
+BITS, MORE_BITS, MOST_BITS = 160, 1.5, 2000
+"""Precision of the first attempt, its growth from attempt to attempt, and its limit"""
 OTHER_BITS = 1.3
 """Precision of a check over that of the proof"""
 DIGITS = 1e-20
