@@ -24,6 +24,8 @@ ORDER_SLACK = 0.5
 """Largest shortfall of a measured order: between it and the next lower order"""
 HELD_ORDER = (0.5, 1.5)
 """Measured orders between which something is probably held over a step"""
+UNSTEADY = 100.0
+"""Ratio of the errors over the requests of two settings from which on a method does not keep requests alike"""
 FALL = "errors fall with the setting"
 
 
@@ -136,9 +138,12 @@ def request_check(found: list[ErrorAtSetting], name: str) -> Check:
     said = f"{min(ratios):.2g} to {max(ratios):.2g} times the request"
     most = max((e for e in found if e.tells), key=lambda e: e.kept_ratio)
     if most.kept_ratio > 1.0:
+        cause = "is the request that of another quantity, or of a whole run?"
+        if max(ratios) > UNSTEADY * min(ratios):
+            cause = "does a step that was rejected leave something behind, such as its last stage?"
         said += (
             f"; at {most.setting} {most.kept_ratio:.2g} times what a method leaves that keeps its request in each "
-            "step: is the request that of another quantity, or of a whole run?"
+            f"step: {cause}"
         )
         return Check("error over request", WARNING, said, scene=name)
     return Check("error over request", PASSED, said, scene=name)

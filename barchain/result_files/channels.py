@@ -62,6 +62,8 @@ CHANNEL = re.compile(
 """Name of a channel, and a unit that follows without brackets"""
 NUMBERED_NAME = re.compile(rf"^({HEADS})[\s_]*(?=[0-9])", re.IGNORECASE)
 """Begin of the name of a bar's or joint's channel, as in ``angle1`` and ``Angle 1``"""
+ELEMENT = re.compile(rf"^({HEADS})\s*[\[(]\s*([0-9]{{1,9}})\s*[\])]", re.IGNORECASE)
+"""The same as the element of an array, as in ``angle[1]`` of Modelica and ``angle(1)`` of Octave"""
 BRACKETS = re.compile(r"(.*?)\s*[\[({]\s*([^\[\](){}]*?)\s*[\])}]")
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 """Units of rotations without one of their own, in a file that says that these are in degrees"""
@@ -298,6 +300,7 @@ def is_constant(numbers: Numbers) -> bool:
 def parted(header: str) -> tuple[str, str]:
     """Name of a channel, and its unit, of a header such as ``angle_1 [deg]``, ``angle_1_rad`` or ``ANGLE_1, deg``."""
     text = NUMBERED_NAME.sub(r"\1_", " ".join(header.split()) if len(header) <= MOST_HEADER else "")
+    text = ELEMENT.sub(r"\1_\2", text)
     match = BRACKETS.fullmatch(text)
     follows = None if match else CHANNEL.fullmatch(text)
     if follows:

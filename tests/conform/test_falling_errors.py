@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
-from barchain.conform.accuracy import falling_check
+from barchain.conform.accuracy import falling_check, request_check
 from barchain.conform.checks import CheckState
 from barchain.conform.errors import Compared, ErrorAtSetting
 
@@ -65,3 +67,13 @@ def test_chosen_steps_are_not_accused_from_two_settings_where_a_third_falls() ->
     assert falling_check(irregular, None, "x").state is CheckState.PASSED
     assert falling_check(stuck, None, "x").state is CheckState.FAILED
     assert falling_check(errors_at(2.3e-6, 4.3e-8, 4.2e-8), None, "x").state is CheckState.FAILED  # the finest stays
+
+
+def test_errors_that_keep_some_requests_and_not_others_ask_for_what_a_rejected_step_leaves() -> None:
+    """A stale stage spoils the steps after a rejection alone: at some settings none is rejected."""
+    stale, loose = (
+        [replace(each, kept_ratio=20.0) for each in errors_at(*errors)]
+        for errors in ((4.8e-6, 2.2e-6, 1.9e-6, 1.1e-9), (5e-5, 5e-6, 5e-7, 5e-8))
+    )
+    assert "rejected" in request_check(stale, "x").words
+    assert "whole run" in request_check(loose, "x").words

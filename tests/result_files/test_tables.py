@@ -93,6 +93,8 @@ DIALECTS = {
     + table(["Time (UTCG)", "angle_1 (rad)", "angle_2 (rad)"], [["----", "---", "---"], *with_times(GMAT)], "    "),
     "names with blanks": table(["Time (s)", "Angle 1 (rad)", "Angle 2 (rad)"], sep=";"),
     "names without _": table(["time", "angle1", "angle2"]),
+    "elements of an array, Modelica": table(["time", "angle[1]", "angle[2]"]),
+    "elements of an array, with units": table(["time [s]", "angle(1) [rad]", "angle(2) [rad]"]),
     "a row of units as a comment": "# t angle_1 angle_2\n# [s] [deg] [deg]\n" + table(None, DEGREES, " "),
     "a row of units above the names": "s,deg,deg\n" + table(["t", "angle_1", "angle_2"], DEGREES),
     "names that are numbers": table(["t", "angle_1", "angle_2", "0", "1"], [[*row, "7", "8"] for row in ROWS]),
