@@ -145,11 +145,11 @@ LEAST_UNKNOWN = 0.01
 """Of an error without recorded rounding: a smaller relative change is told, and called neither better nor worse"""
 
 
-def judge_number(was: Figure, now: Figure) -> Judgement | None:
+def judge_number(was: Figure, now: Figure, earlier: str = "the earlier error") -> Judgement | None:
     """Judge an error, a count or a value against an earlier one; None for the same number.
 
     Intervals of values that overlap explain a difference, as does the rounding of both numbers. Of counts and values it
-    is not known what is better: errors and times tell that.
+    is not known what is better: errors and times tell that. `earlier` names what an error is compared with.
     """
     assert was.value is not None
     assert now.value is not None
@@ -165,11 +165,11 @@ def judge_number(was: Figure, now: Figure) -> Judgement | None:
     if was.identity.kind is not FigureKind.ERROR:
         return Judgement(Direction.CHANGED, f"{was.value:.10g} before, {now.value:.10g} now", factor)
     if not known and factor is not None and factor > 0.0 and abs(math.log(factor)) < LEAST_UNKNOWN:
-        said = f"{factor:.6g} times the earlier error; its rounding is not recorded"
+        said = f"{factor:.6g} times {earlier}; its rounding is not recorded"
         return Judgement(Direction.CHANGED, said, factor)
     direction = Direction.WORSE if now.value > was.value else Direction.BETTER
     beyond = f"{off / rounding:.3g} times what rounding explains" if rounding else "beyond rounding"
-    grown = f"{factor:.4g} times the earlier error" if factor is not None else "was zero"
+    grown = f"{factor:.4g} times {earlier}" if factor is not None else "was zero"
     return Judgement(direction, f"{grown}, a difference {beyond}" if known else grown, factor)
 
 

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.nightly.figures.changes import Change, Direction, compared, is_above
+from barchain.nightly.figures.changes import Change, Direction, compared, is_above, judge_number
 from barchain.nightly.figures.figure import FigureKind, names_since
 from barchain.nightly.figures.steps import LEAST_EFFECT
 from barchain.nightly.history.acceptances import accepting, holding
@@ -77,6 +77,7 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     allowed, before, result = row.level, row.level, row.level  # what it may be, what it was; the last that is there
     opened: list[Step] = []  # steps for the worse that nobody accepted
     covering, steps = None, steps_of_now(row)
+    days: list[str] = []  # of the accepted steps that raised what it may be
     for step in steps:
         if allowed.missing and not step.now.missing:
             allowed = result
@@ -84,9 +85,10 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
         since = opened[0].night if opened else step.night
         whole, alone = ([one for one in known if one.reaches(step.night, n, names)] for n in (since, step.night))
         if whole:
-            allowed, opened, covering = step.now, [], latest_of(whole)
+            allowed, opened, covering, days = step.now, [], latest_of(whole), [step.night[:10]]
         elif alone:
             allowed, covering = raised(allowed, before, step.now), latest_of(alone)
+            days.append(step.night[:10])
             opened = opened if is_above(allowed, step.now) else []
         elif not is_above(allowed, step.now):
             allowed, opened = (allowed if opened else step.now), []
@@ -96,7 +98,8 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     if not opened and is_above(allowed, row.told):
         opened = [steps[-1]]
     if opened or covering is None:
-        return Standing(change_since(row, allowed, opened or steps))
+        beside = f" with the accepted step of {' and '.join(days)}" if days else ""
+        return Standing(change_since(row, allowed, opened or steps, f"what it may be{beside}"))
     return Standing(change_since(row, row.level, steps), covering)
 
 
@@ -130,9 +133,11 @@ def raised(allowed: Figure, was: Figure, now: Figure) -> Figure:
     )
 
 
-def change_since(row: Level, was: Figure, steps: Sequence[Step]) -> Change:
-    """Change of some steps, as far as it holds."""
+def change_since(row: Level, was: Figure, steps: Sequence[Step], earlier: str = "") -> Change:
+    """Change of some steps, as far as it holds; `earlier` names what an error is compared with."""
     first, identity, judged = steps[0], row.told.identity, compared(was, row.told)
+    if earlier and identity.kind is FigureKind.ERROR and not (was.missing or row.told.missing):
+        judged = judge_number(was, row.told, earlier)
     reason = judged.reason if judged is not None else "as it was accepted"
     return Change(
         identity, was, first.now, first.last, first.night, Direction.WORSE, reason,
