@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
 
+from scenarios.plural import plural
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -85,7 +87,7 @@ def cell(day: datetime.date, place: int, nights: Sequence[CalendarNight], pages:
     sign, words = STATES[state]
     many = f"{len(nights)} nights, the gravest: " if len(nights) > 1 else ""
     changes = sum(night.changes for night in nights)
-    told = f", {changes} changes" if changes else ""
+    told = f", {plural(changes, 'change')}" if changes else ""
     drawn = (
         f'<g class="{state}"><title>{day.isoformat()}: {many}{words}{told}</title><rect {box}/>'
         f'<text x="{x + CELL / 2:g}" y="{y + CELL / 2 + 4:g}" text-anchor="middle">{sign}</text></g>'

@@ -10,6 +10,7 @@ from markupsafe import escape
 
 from reports.plotting.palette import COLOURS
 from reports.plotting.svg import Chart, Scale
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,7 +63,7 @@ def small_chart(chart: TrendChart, nights: int) -> tuple[str, Markup, str]:
         drawn.shapes.append("</g>")
     title = f"{chart.engine}, {chart.scene}: {KIND_WORDS[chart.kind]}"
     shown = f"{len(curves)} of {len(chart.curves)} figures that moved" if len(curves) < len(chart.curves) else ""
-    still = f"{chart.still} figures the same on all nights" if chart.still else ""
+    still = f"{plural(chart.still, 'figure')} the same on all nights" if chart.still else ""
     return title, drawn.svg(f"{title}: {described(chart, curves, nights)}"), "; ".join(filter(None, (shown, still)))
 
 
@@ -76,7 +77,7 @@ def number(factor: float) -> str:
 def described(chart: TrendChart, curves: Sequence[TrendCurve], nights: int) -> str:
     """Words on a chart for readers who don't see it."""
     if not curves:
-        return f"{chart.still} figures, the same on all {nights} nights"
+        return f"{plural(chart.still, 'figure')}, the same on all {plural(nights, 'night')}"
     moved = ", ".join(f"{c.quantity} now ×{number(c.factor[-1])} of its median" for c in curves[:3])
     steps = f"; changes on night {', '.join(str(s + 1) for s in chart.steps)}" if chart.steps else ""
-    return f"{len(chart.curves)} figures over {nights} nights: {moved}{steps}"
+    return f"{plural(len(chart.curves), 'figure')} over {plural(nights, 'night')}: {moved}{steps}"

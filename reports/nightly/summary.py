@@ -33,12 +33,13 @@ def write_summary(folder: Path, facts: NightlyFile) -> None:
     write_atomically(folder / FILE, text.strip() + "\n")
 
 
-def message(facts: NightlyFile, link: str = "") -> str:
+def message(facts: NightlyFile, link: str = "", before: str = "") -> str:
     """Night in a few lines for mail or a chat: the sentences, the worst figures with suspects and a reason, a link.
 
-    Figures that follow each other and have the same suspects are followed by these once.
+    Figures that follow each other and have the same suspects are followed by these once. `before` are sentences on a
+    later night that has no figures.
     """
-    every, said = (*facts.standing, *facts.other_news), []
+    every, said = facts.listed, list[str]()
     for change, after in zip_longest(every[:MOST_NAMED], every[1:MOST_NAMED]):
         suspects = ", ".join(suspect.short for suspect in change.suspects) or "no part that differs"
         again = after is not None and after.suspects == change.suspects
@@ -49,8 +50,9 @@ def message(facts: NightlyFile, link: str = "") -> str:
     said += [rejected.words for rejected in facts.rejected if (rejected.scene, rejected.engine) in changed][:1]
     if not said:
         said = [rejected.words for rejected in facts.rejected[:MOST_NAMED]]
-    sentences = textwrap.wrap(facts.sentence, MOST_CHARACTERS)
-    return "\n".join([*sentences, *map(cut, said), link or facts.night.name])
+    sentences = [line for text in (before, facts.sentence) for line in textwrap.wrap(text, MOST_CHARACTERS)]
+    left_out = [facts.left_out_words] if facts.left_out else []
+    return "\n".join([*sentences, *map(cut, (*said, *left_out)), link or facts.night.name])
 
 
 def cut(line: str) -> str:

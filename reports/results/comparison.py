@@ -43,6 +43,8 @@ JUDGING_SOLUTION = "(judging solution)"
 """Stands in the engine column for a scene's judging solution that could not be run"""
 ROUNDING = "rounding"
 """Metric: largest share of round-off, amplified by the scene, in a difference or a drift"""
+EXPLAINED = "explained by: "
+"""Stands before the mistakes that explain an inconsistent result, in its reason"""
 PARTED_RAD = 1e-2
 """Two runs whose attitudes differ by more have parted: later samples are not compared"""
 LINEAR_GROWTH = 1e16

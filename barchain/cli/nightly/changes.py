@@ -99,10 +99,10 @@ def accept_change(
         f"{'replaces' if (one.pattern, one.since) in replaced else 'stands beside'}: {words}"
         for words, one in earlier.items()
     ]
-    show_some(lines, "earlier acceptances of these figures", err=True)
+    show_some(lines, "earlier acceptances of these figures")
     left_open(store, judged, {change.identity.name for change in chosen})
     if left := judging.irreproducible(judged, names):
-        say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
+        say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible")
 
 
 def covered(chosen: Sequence[Change]) -> str:
@@ -129,7 +129,7 @@ def left_open(store: NightStore, judged: JudgedNight, names: Collection[str]) ->
             factor = f" {ratio_words(change.factor)}" if change.factor else ""
             lines.append(f"still worse than accepted:{factor} since {change.since}, which this change is a step of; "
                          f"`barchain history accept {change.identity.name}` accepts all of it")  # fmt: skip
-    show_some(lines, "still worse than accepted", err=True)
+    show_some(lines, "still worse than accepted")
 
 
 @click.command("accepted")

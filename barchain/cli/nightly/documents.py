@@ -90,14 +90,22 @@ def report_night(
 @click.option("--link", metavar="URL", default=None, type=WORDS, help="End with this address, e.g. of the page.")
 @history_option
 def tell_night(night: str, link: str | None, url: str | None) -> None:
-    """Print NIGHT in a few short lines for mail or a chat: the sentences, the worst figures with suspects, a link."""
+    """Print NIGHT in a few short lines for mail or a chat: the sentences, the worst figures with suspects, a link.
+
+    If the latest night has no figures, a line says why, and the latest one with figures follows.
+    """
     from barchain.nightly.history.judging import judge  # noqa: PLC0415
+    from barchain.nightly.history.nights import LATEST  # noqa: PLC0415
     from barchain.nightly.telling.document import night_facts  # noqa: PLC0415
+    from barchain.nightly.telling.sentence import without_figures  # noqa: PLC0415
     from reports.nightly.summary import message  # noqa: PLC0415
 
-    store = opened(url)
+    store, here = opened(url), datetime.datetime.now(datetime.UTC)
+    store.check()
     judged = judge(store, night)
-    say(message(night_facts(store, judged, store.night(judged.night.name)), link or ""))
+    later = [each for each in store.nights() if night == LATEST and judged.night.started < each.started <= here]
+    before = without_figures(later[-1]) if later else ""
+    say(message(night_facts(store, judged, store.night(judged.night.name)), link or "", before))
 
 
 @click.command("site")
@@ -151,12 +159,12 @@ def show_night(facts: NightlyFile, page: Path) -> None:
     say(f"page: {page}")
 
 
-def show_some(lines: Sequence[str], what: str, *, err: bool = False) -> None:
+def show_some(lines: Sequence[str], what: str) -> None:
     """Print the first of some lines, and how many more there are."""
     for line in lines[:MOST_SHOWN]:
-        say(f"  {line}", err=err)
+        say(f"  {line}")
     if len(lines) > MOST_SHOWN:
-        say(f"  {len(lines) - MOST_SHOWN} more: {what}", err=err)
+        say(f"  {len(lines) - MOST_SHOWN} more: {what}")
 
 
 def publish(folder: Path, out: Path) -> None:

@@ -17,6 +17,7 @@ from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
 from barchain.cli.nightly.documents import report_night, results_site, tell_night
 from barchain.cli.nightly.options import history_option, opened
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,7 +54,7 @@ def add(folders: tuple[Path, ...], url: str | None) -> None:
     store = opened(url, create=True)
     for folder, night in zip(folders, nights, strict=True):
         done = "added" if store.add(night) else "already there"
-        say(f"{folder}: {night.name}, {len(night.figures)} figures: {done}")
+        say(f"{folder}: {night.name}, {plural(len(night.figures), 'figure')}: {done}")
 
 
 @history.command("list")
@@ -121,7 +122,7 @@ def export(path: Path, url: str | None) -> None:
     need_writable(path, "--parquet")
     for folder, reason in store.check().items():
         say(f"{folder}: left out: {reason}", err=True)
-    say(f"{path}: {export_parquet(store, path)} figures")
+    say(f"{path}: {plural(export_parquet(store, path), 'figure')}")
 
 
 @history.command("prune")
@@ -140,7 +141,7 @@ def prune(keep: int | None, days: float | None, url: str | None) -> None:
     before = None if days is None else datetime.datetime.now(datetime.UTC) - datetime.timedelta(days=days)
     store = opened(url)
     gone = store.prune(keep, before, needed_nights(store))
-    say(f"{store}: {len(gone)} nights removed{f', {gone[0]} to {gone[-1]}' if gone else ''}")
+    say(f"{store}: {plural(len(gone), 'night')} removed{f', {gone[0]} to {gone[-1]}' if gone else ''}")
 
 
 history.add_command(changes)

@@ -13,6 +13,7 @@ from barchain.judge.diagnosis.mistake import explained_words
 from barchain.judge.diagnosis.own_motion import MOST_SAMPLES
 from barchain.metrics.quantities import FIELDS, TRACK
 from barchain.solutions.at_times import solution_at
+from reports.results.comparison import EXPLAINED
 from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def diagnosed_rows(rows: list[Row], diagnosis: Diagnosis) -> list[Row]:
     """Rows of a verdict with a diagnosis in the reasons of the inconsistent ones."""
     wrong = {w.quantity: w for w in diagnosis.wrong}
     told, new = bool(diagnosis.explanations), []
-    said = f"explained by: {explained_words(diagnosis.explanations, diagnosis.next_best)}" if told else UNEXPLAINED
+    said = f"{EXPLAINED}{explained_words(diagnosis.explanations, diagnosis.next_best)}" if told else UNEXPLAINED
     for row in rows:
         if is_inconsistent(row) and (row["quantity"] in wrong or said):
             size = wrong[row["quantity"]].words if row["quantity"] in wrong else ""

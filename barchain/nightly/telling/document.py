@@ -16,6 +16,7 @@ from barchain.nightly.history.acceptances import accepted, accepting
 from barchain.nightly.history.news import attributed_words
 from barchain.nightly.history.standing import every_change, standing
 from barchain.nightly.telling.sentence import opening
+from reports.results.comparison import EXPLAINED
 from reports.results.nights.document import (
     AcceptanceEntry,
     AgainstEntry,
@@ -69,14 +70,16 @@ def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: 
     ]
     worse, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
     names = [night.name for night in judged.compared_with]
-    rejected = tuple(
+    fallen = {(e.scene, e.engine) for e in (*tonight, *worse) if e.worse_verdict}
+    rejected = [
         RejectedEntry(
             scene=cell.identity.scene, engine=cell.identity.engine, setting=cell.identity.setting,
             verdict=cell.word or MISSING, reason=cell.reason,
         )
         for cell in (*cells, *without_verdict(night.figures, cells))
         if not cell.not_run and cell.word not in FINE
-    )  # fmt: skip
+    ]  # fmt: skip
+    rejected.sort(key=lambda r: ((r.scene, r.engine) not in fallen, EXPLAINED not in r.reason))
     found = NightlyFile(
         sentence="",
         night=night_entry(judged),
@@ -84,7 +87,7 @@ def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: 
                              baseline=baseline),
         counts=counts(judged, tonight),
         verdicts=dict(Counter(cell.word or MISSING for cell in cells).most_common()),
-        rejected=rejected,
+        rejected=tuple(rejected),
         changes=tonight,
         standing=worse,
         held=held,

@@ -11,6 +11,7 @@ from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 from barchain.nightly.figures.changes import result_words
 from reports.results.nights.document import PartState
 from reports.results.writing import write_atomically
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
     from barchain.nightly.figures.figure import Figure
     from reports.results.nights.document import ChangeEntry, NightlyFile
+
+    Told = tuple[ChangeEntry, str]
 
 
 NIGHT, PLAN = "barchain nightly", "plan"
@@ -27,6 +30,8 @@ FAILING = {
 }  # fmt: skip
 """Directions of changes that fail a case, by `--fail-on`"""
 UNSUPPORTED = "unsupported"
+MAY_BE, WAS = "may be", "was"
+"""Earlier result of what is worse than accepted: what a figure may be, which nothing need have measured; and of news"""
 
 
 def write_junit(
@@ -53,10 +58,11 @@ def write_junit(
     document = JUnitXml(NIGHT)
     document.add_testsuite(plan_suite(facts, Error if FAILING[fail_on] else Skipped, need_history=need_history))
     cells, rejected = by_engine(figures), {(r.engine, r.scene): r.words for r in facts.rejected}
-    changes: dict[tuple[str, str], list[ChangeEntry]] = defaultdict(list)
-    for change in (*facts.standing, *facts.other_news):
-        changes[change.engine or NO_ENGINE, change.scene or NO_SCENE].append(change)
-        cells[change.engine or NO_ENGINE].setdefault(change.scene or NO_SCENE, [])
+    changes: dict[tuple[str, str], list[Told]] = defaultdict(list)
+    for relation, entries in ((MAY_BE, facts.standing), (WAS, facts.other_news)):
+        for change in entries:
+            changes[change.engine or NO_ENGINE, change.scene or NO_SCENE].append((change, relation))
+            cells[change.engine or NO_ENGINE].setdefault(change.scene or NO_SCENE, [])
     for engine in sorted(cells):
         suite = TestSuite(engine)
         for scene, own in sorted(cells[engine].items()):
@@ -100,7 +106,7 @@ def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error, *, need
         night.result = [fault("the night is incomplete", "incomplete")]
     if facts.against.baseline and not facts.counts.judged:
         night.result = [fault(plain_text(f"{facts.against.baseline} has no figure of this night"), "not compared")]
-    night.system_out = plain_text(facts.sentence)
+    night.system_out = plain_text("\n".join(filter(None, [facts.sentence, facts.left_out_words])))
     if not facts.compared and need_history and not night.result:
         night.result = [fault(plain_text(facts.sentence), "not compared")]
     suite.add_testcase(night)
@@ -116,11 +122,11 @@ def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error, *, need
 
 
 def cell_case(
-    engine: str, scene: str, figures: Sequence[Figure], changes: Sequence[ChangeEntry], failing: set[str]
+    engine: str, scene: str, figures: Sequence[Figure], changes: Sequence[Told], failing: set[str]
 ) -> TestCase:
     """Case of one engine in one scene: a failure for its changes, skipped if the engine does not support the scene."""
     case = TestCase(scene, engine)
-    told = [change for change in changes if change.direction in failing and change.accepted is None]
+    told = [one for one in changes if one[0].direction in failing and one[0].accepted is None]
     if told:
         case.result = [failure(told)]
     elif figures and all(figure.missing or figure.word == UNSUPPORTED for figure in figures):
@@ -129,23 +135,25 @@ def cell_case(
     return case
 
 
-def failure(changes: Sequence[ChangeEntry]) -> Failure:
+def failure(changes: Sequence[Told]) -> Failure:
     """One failure for all changes of a case: readers of JUnit count failures and cases alike."""
-    more = f", and {len(changes) - 1} more" if len(changes) > 1 else ""
-    found = Failure(plain_text(failure_words(changes[0]) + more), changes[0].direction)
-    found.text = plain_text("\n".join(map(failure_words, changes)))
+    (first, relation), *others = changes
+    more = sum(1 + change.also for change, _ in others)
+    found = Failure(plain_text(failure_words(first, relation, more)), first.direction)
+    found.text = plain_text("\n".join(failure_words(*one) for one in changes))
     return found
 
 
-def failure_words(change: ChangeEntry) -> str:
-    """Change in one line."""
+def failure_words(change: ChangeEntry, relation: str, others: int = 0) -> str:
+    """Change in one line, perhaps with the number of other figures that changed."""
     factor = f" (×{change.factor:.4g}{change.steps_words})" if change.factor else ""
     suspects = ", ".join(f"{s.name} {s.before or '(none)'} → {s.after or '(none)'}" for s in change.suspects)
     unmeasured = f", not measured since {change.measured}" if change.measured else ""
     more = f", and {change.also} more of this run" if change.also else ""
+    beside = f" and {plural(others, 'more figure')}" if others else ""
     return (
-        f"{change.figure}: was {change.was}, is {change.became}{factor} since {change.since}{unmeasured}{more}; "
-        f"suspects: {suspects or 'none known'}"
+        f"{change.figure}: {relation} {change.was}, is {change.became}{factor}{beside} since {change.since}"
+        f"{unmeasured}{more}; suspects: {suspects or 'none known'}"
     )
 
 

@@ -13,6 +13,7 @@ from scenarios.plural import plural
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from barchain.nightly.figures.figure import NightSummary
     from barchain.nightly.history.levels import JudgedNight
     from reports.results.nights.document import ChangeEntry, NightlyFile, NightRun, RejectedEntry
 
@@ -55,9 +56,10 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
         accepted_words(figures(changes) - figures(told), since, judged.judged, alone=not told),
     )
     unseen = figures([change for change in facts.standing if change.measured])
-    quiet = f"Nothing changed{since} among {judged.judged} figures."
+    many = plural(judged.judged, "measured figure" if facts.standing else "figure")
+    quiet = f"Nothing changed{since} among {many}."
     if facts.standing:
-        quiet = "Nothing is new tonight." if not unseen else f"Nothing is new among {judged.judged} measured figures."
+        quiet = f"Nothing is new among {many}." if unseen else "Nothing is new tonight."
     if not judged.judged:
         quiet = NOT_JUDGED
     broken = "" if news or facts.standing else no_pass(facts.rejected)
@@ -78,20 +80,20 @@ def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) 
     """What is worse than accepted, by how much, since when and by what; empty if nothing is."""
     if not standing:
         return ""
-    groups: Counter[tuple[str, str]] = Counter()
+    groups: dict[tuple[str, str], list[ChangeEntry]] = {}
     for change in standing:
         names = [f"{one.short} {one.after}".strip() for one in change.suspects[:MOST_SUSPECTS]]
-        groups[change.since[:10], ", ".join(names)] += 1 + change.also
+        groups.setdefault((change.since[:10], ", ".join(names)), []).append(change)
     count = figures(standing)
     unseen = figures([change for change in standing if change.measured])
     which = "not" if count == unseen == 1 else "none of them" if count == unseen else f"{amount(unseen)} of them not"
     later = f"; {which} measured tonight" if unseen else ""
     what = f"{are(count, 'figure')} worse than accepted{by_words(standing)}"
     if len(groups) == 1:
-        return f"{what} {group_words(*next(iter(groups)), tonight)}{later}."
-    shown = groups.most_common(MOST_CAUSES)
-    words = [f"{amount(number)} {group_words(*group, tonight)}" for group, number in shown]
-    more = count - sum(number for _, number in shown)
+        return f"{what} {group_words(*next(iter(groups)), standing, tonight)}{later}."
+    shown = sorted(groups.items(), key=lambda group: -figures(group[1]))[:MOST_CAUSES]
+    words = [f"{amount(figures(own))} {group_words(*group, own, tonight)}" for group, own in shown]
+    more = count - sum(figures(own) for _, own in shown)
     return f"{what}: {listed([*words, f'{amount(more)} since other nights'] if more else words)}{later}."
 
 
@@ -101,14 +103,26 @@ def by_words(worse: Sequence[ChangeEntry]) -> str:
     return f" by {'up to ' if figures(worse) > 1 else ''}{ratio_words(largest)}" if largest > 1.0 else ""
 
 
-def group_words(day: str, names: str, tonight: datetime.datetime) -> str:
-    """``since 3 November (program:mine mine 1.1)``."""
+def group_words(day: str, names: str, worse: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
+    """``since 3 November (program:mine mine 1.1)``; of several steps: ``(first mine 1.1; two steps, ×1.3 tonight)``."""
     date = datetime.date.fromisoformat(day)
     year = f" {date.year}" if date.year != tonight.year else ""
+    steps, fresh = max(change.steps for change in worse), max(change.fresh or 0.0 for change in worse)
+    if steps > 1:
+        up_to = "up to " if len({change.steps for change in worse}) > 1 else ""
+        last = f", {ratio_words(fresh)} tonight" if fresh else ""
+        names = "; ".join(filter(None, [f"first {names}" if names else "", f"{up_to}{amount(steps)} steps{last}"]))
     return f"since {date.day} {date:%B}{year}{f' ({names})' if names else ''}"
 
 
-def not_measured(run: NightRun | None, *, complete: bool) -> str:
+def without_figures(night: NightSummary) -> str:
+    """Sentences on a latest night without figures, which lead to those on the last night with some."""
+    name = f"The night of {night.started.day} {night.started:%B}"
+    said = f"{name} has no figures." if night.complete else not_measured(night.run, complete=False, night=name)
+    return joined(f"{name} is void: {night.void}." if night.void else said, "The last night with figures:")
+
+
+def not_measured(run: NightRun | None, *, complete: bool, night: str = "The night") -> str:
     """What a night did not measure, and why; empty of a complete one."""
     parts = [part for part in run.parts if not part.whole] if run else []
     said = [f"{part.name}, {shortened(part.reasons or str(part.state), MOST_REASON)}" for part in parts[:MOST_CAUSES]]
@@ -116,8 +130,8 @@ def not_measured(run: NightRun | None, *, complete: bool) -> str:
     noted = [f"{part.name}: {shortened(part.reason, MOST_REASON)}." for part in (run.parts if run else ())
              if part.whole and part.reason]  # fmt: skip
     if said:
-        return joined(f"The night is incomplete: {'; '.join(said)}{more}.", *noted)
-    return joined("" if complete else "The night is incomplete.", *noted)
+        return joined(f"{night} is incomplete: {'; '.join(said)}{more}.", *noted)
+    return joined("" if complete else f"{night} is incomplete.", *noted)
 
 
 def no_pass(rejected: Sequence[RejectedEntry]) -> str:
@@ -131,9 +145,12 @@ def no_pass(rejected: Sequence[RejectedEntry]) -> str:
 
 
 def shortened(text: str, most: int) -> str:
-    """Text of at most so many characters, without its full stop."""
+    """Text of at most so many characters, cut between words, without its full stop."""
     text = text.rstrip(". ").replace(". ", "; ")  # a full stop ends the headline
-    return text if len(text) <= most else f"{text[: most - 1].rstrip()}…"
+    if len(text) <= most:
+        return text
+    cut = text[: most - 1]
+    return f"{(cut.rpartition(' ')[0] or cut).rstrip(':;, ')} …"
 
 
 def accepted_words(count: int, since: str, judged: int, *, alone: bool) -> str:
@@ -180,12 +197,19 @@ def changes_words(changes: Sequence[ChangeEntry], since: str, judged: int) -> st
     if not changes:
         return ""
     found = {d: figures([change for change in changes if change.direction == d]) for d in DIRECTIONS}
-    sizes = {"worse": by_words([change for change in changes if change.direction == "worse"])}
+    worse = [change for change in changes if change.direction == "worse"]
+    sizes = {"worse": f"{by_words(worse)}{verdict_words(worse)}"}
     words = [f"{amount(found[d])} {words}{sizes.get(d, '')}" for d, words in DIRECTIONS.items() if found[d]]
     count = figures(changes)
     many = f"{amount(count, 'figure').capitalize()} of {judged} changed{since}"
     how = listed(words) if len(words) > 1 else f"{'all ' if count > 1 else ''}{words[0].partition(' ')[2]}"
     return f"{many}, {how}; {causes(changes)}."
+
+
+def verdict_words(worse: Sequence[ChangeEntry]) -> str:
+    """`` (two verdicts: failed, inconsistent)``: those among the changes for the worse; empty without any."""
+    found = [change.became for change in worse if change.worse_verdict]
+    return f" ({amount(len(found), 'verdict')}: {', '.join(sorted(set(found)))})" if found else ""
 
 
 def causes(changes: Sequence[ChangeEntry]) -> str:

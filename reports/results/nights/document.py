@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
 from reports.results.reading import damaged, formed
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -105,6 +106,11 @@ class ChangeEntry(Entry):
     also: int = Field(0, description="further figures of the same run that are missing since then: one event")
     fresh: float | None = Field(None, description="factor of tonight's step, of what is worse since an earlier night")
     measured: str = Field("", description="latest night with a result, of what is worse and was not measured tonight")
+
+    @property
+    def worse_verdict(self) -> bool:
+        """Whether a verdict became worse."""
+        return self.kind == "verdict" and self.direction == "worse"
 
     @property
     def words(self) -> str:
@@ -393,6 +399,19 @@ class NightlyFile(Entry):
         """Changes of tonight, other than steps of figures that are worse since an earlier night."""
         states = {change.figure for change in self.standing}
         return tuple(change for change in self.changes if change.figure not in states or change.irreproducible)
+
+    @property
+    def listed(self) -> tuple[ChangeEntry, ...]:
+        """What is worse since earlier nights, and news; verdicts that got worse come first."""
+        return tuple(sorted((*self.standing, *self.other_news), key=lambda change: not change.worse_verdict))
+
+    @property
+    def left_out_words(self) -> str:
+        """Nights that count as not there, in one line; empty without any."""
+        count = len(self.left_out)
+        are = "is" if count == 1 else "are"
+        said = f"{plural(count, 'night')} of the history {are} damaged, or there twice, and left out"
+        return f"{said}: {some_of(tuple(self.left_out))}" if count else ""
 
     @property
     def compared(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import re
 import tomllib
 from typing import TYPE_CHECKING
 
@@ -154,9 +155,9 @@ def test_the_same_value_after_a_recovery_is_another_change() -> None:
 def test_a_second_acceptance_says_which_one_it_replaces(filled: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["history", "accept", error().identity.name, "--reason"]
     assert run([*words, "first"]) == 0
-    assert "replaces" not in capsys.readouterr().err
+    assert "replaces" not in capsys.readouterr().out
     assert run([*words, "second"]) == 0
-    assert "first" in capsys.readouterr().err
+    assert re.search(r"replaces: .*: first$", capsys.readouterr().out, re.MULTILINE)
 
 
 def test_one_entry_accepts_all_that_fits_a_pattern_and_ends_for_each_figure_that_moves(store: NightStore) -> None:

@@ -545,7 +545,7 @@ def test_no_line_for_a_chat_is_longer_than_a_chat_shows(history: str) -> None:
     lines = CliRunner().invoke(cli, ["history", "tell", "--history", history]).output.splitlines()
     assert max(map(len, lines)) <= 200
     assert lines[0].startswith(
-        "Eight figures are worse than accepted by up to ×6 since 2 January (engine:mujoco 4.0.0)."
+        "Eight figures are worse than accepted by up to ×6 since 2 January (first engine:mujoco 4.0.0; two steps, "
     )
 
 

@@ -198,3 +198,27 @@ def test_a_plan_that_comes_back_has_neither_new_nor_missing_figures_to_tell() ->
 
 def test_a_baseline_is_named() -> None:
     assert "changed since release.json" in said(change(), baseline="release.json")
+
+
+def test_a_drift_of_several_steps_says_which_cause_is_the_first_one_only() -> None:
+    steps = [change(since="2026-11-08T02-00-00-abcdef01", factor=8.6, steps=5, fresh=1.3)] * 2
+    assert said(standing=steps) == (
+        "Two figures are worse than accepted by up to ×8.6 since 8 November (first engine:mujoco 4.0.0; five steps, "
+        "×1.3 tonight). Nothing is new tonight."
+    )
+    fewer = change(since="2026-11-08T02-00-00-abcdef01", factor=2.0, steps=2)
+    assert "(first engine:mujoco 4.0.0; up to five steps, ×1.3 tonight)" in said(standing=[*steps, fewer])
+
+
+def test_verdicts_that_became_worse_are_told_in_the_first_sentence() -> None:
+    wrong = change(kind="verdict", quantity="verdict", was="pass", became="inconsistent")
+    assert said(change(factor=2.0), wrong).startswith(
+        "Two figures of 900 changed tonight, all for the worse by up to ×2 (one verdict: inconsistent); "
+    )
+
+
+def test_a_long_reason_is_cut_between_words() -> None:
+    part = PartResult("core", PartState.FAILED, 10.0, reason="gravitation " * 30)
+    assert said(complete=False, run=run(part)).startswith(
+        f"The night is incomplete: core, {'gravitation ' * 9}… Nothing changed"
+    )

@@ -1,0 +1,156 @@
+"""Message for a chat, and JUnit, of nights without figures, damaged nights, new verdicts, and accepted steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from click.testing import CliRunner
+from junitparser import JUnitXml
+
+from barchain.cli.main import cli
+from barchain.nightly.history.acceptances import accept
+from barchain.nightly.history.judging import change_named, judge
+from barchain.nightly.history.nights import open_store
+from reports.nightly.calendar import year_blocks
+from reports.nightly.charts import small_chart
+from reports.results.nights.document import NightRun, PartResult, PartState, read_nightly
+from reports.results.nights.trends import CalendarNight, TrendChart
+from tests.nightly.history.synthetic import PARTS, NightPart, error, identity, night, verdict
+
+if TYPE_CHECKING:
+    from junitparser import TestCase
+
+    from barchain.nightly.history.nights import NightStore
+
+NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
+
+
+def told(url: str, *words: str) -> list[str]:
+    """Lines of the message for a chat."""
+    ended = CliRunner().invoke(cli, ["history", "tell", *words, "--history", url])
+    assert ended.exit_code == 0, ended.output
+    return ended.output.splitlines()
+
+
+def report(url: str, out: Path) -> dict[str, TestCase]:
+    """Write the documents of the latest night, and give the cases of its JUnit XML by name."""
+    CliRunner().invoke(cli, ["history", "report", "--history", url, "--out", str(out)])
+    return {case.name: case for suite in JUnitXml.fromfile(str(out / "junit.xml")) for case in suite}
+
+
+def cut_short(reason: str) -> NightRun:
+    return NightRun("plan", 15.0, (PartResult("core", PartState.LEFT, 10.0, reason=reason),))
+
+
+def test_an_earlier_night_is_told_after_the_reason_why_the_latest_one_has_no_figures(
+    store: NightStore, url: str
+) -> None:
+    store.add(night(error(), number=0))
+    store.add(night(error(), number=1))
+    store.add(night(number=2, complete=False), run=cut_short("the night was interrupted"))
+    earlier, empty = (each.name for each in store.nights()[1:])
+    assert told(url) == [
+        "The night of 3 January is incomplete: core, the night was interrupted. The last night with figures:",
+        "Nothing changed tonight among 1 figure.",
+        earlier,
+    ]
+    assert told(url, earlier) == told(url)[1:]
+    assert told(url, empty)[-1] == empty
+    store.add(night(error(), number=3))
+    assert told(url)[0] == "Nothing changed tonight among 1 figure."
+
+
+def test_the_reason_of_a_night_without_figures_is_no_longer_than_a_chat_shows(store: NightStore, url: str) -> None:
+    store.add(night(error(), number=0))
+    store.add(night(number=1, complete=False), run=cut_short("triple.toml: chain.bars: not a number " * 20))
+    assert max(map(len, told(url))) <= 200
+
+
+@pytest.mark.parametrize("damaged", [1, 2])
+def test_damaged_nights_are_named_in_the_message_and_in_junit(
+    damaged: int, store: NightStore, url: str, tmp_path: Path
+) -> None:
+    for number in range(4):
+        store.add(night(error(), number=number))
+    names = [each.name for each in store.nights()][:damaged]
+    assert not any(name in line for line in told(url) for name in names)
+    for name in names:
+        path = Path(url) / name / "figures.parquet"
+        content = path.read_bytes()
+        path.write_bytes(content[:40] + bytes([content[40] ^ 1]) + content[41:])
+    first, line, last = told(url)
+    assert (first, last) == ("Nothing changed tonight among 1 figure.", open_store(url).nights()[-1].name)
+    said = report(url, tmp_path)["night"].system_out
+    for name in names:
+        assert name in line
+        assert name in said
+
+
+def test_a_new_wrong_verdict_is_told_before_figures_that_are_worse_since_earlier(store: NightStore, url: str) -> None:
+    names = [f"rate.{k}" for k in range(5)]
+    for number, factor in enumerate((1.0, 2.0, 2.0)):
+        word = "inconsistent" if number == 2 else "pass"
+        store.add(night(*(error(factor * 1e-5, name) for name in names), verdict(word), number=number, parts=NEWER))
+    lines = told(url)
+    assert "(one verdict: inconsistent)" in " ".join(lines)
+    found = [line for line in lines if line.startswith("worse ")]
+    assert found[0].startswith("worse tonight: paper/fig05:mujoco:steps_per_orbit=1000:verdict: pass → inconsistent")
+    assert found[1].startswith("worse since 2026-01-02: ")
+
+
+def test_of_the_verdicts_an_explained_one_that_became_wrong_is_told_first(
+    store: NightStore, url: str, tmp_path: Path
+) -> None:
+    def cell(scene: str, reason: str) -> object:
+        own = identity("verdict", verdict().identity.kind, scene=scene)
+        return type(verdict())(own, word="inconsistent" if reason else "pass", reason=reason)
+
+    old, unknown, known = "old", "no known mistake explains it", "off by 2 N; explained by: the torque is doubled"
+    store.add(night(cell("a", old), cell("b", ""), cell("c", ""), number=0))
+    store.add(night(cell("a", old), cell("b", unknown), cell("c", known), number=1))
+    report(url, tmp_path)
+    assert [each.reason for each in read_nightly(tmp_path / "nightly.json").rejected] == [known, unknown, old]
+    assert f"mujoco on c: inconsistent: {known}" in told(url)
+
+
+def test_an_open_step_beside_an_accepted_one_is_compared_with_what_it_may_be(
+    store: NightStore, url: str, tmp_path: Path
+) -> None:
+    for number, value in enumerate((1e-5, 5e-5, 6e-5)):
+        store.add(night(error(value), error(value, "rate.max"), number=number))
+    for quantity in ("attitude.max", "rate.max"):
+        accept(store, [change_named(judge(store), change.id) for change in judge(store).news
+                       if change.identity.quantity == quantity], "Ada", "a fifth on purpose")  # fmt: skip
+    found = report(url, tmp_path)["paper/fig05"].result[0]
+    assert "may be 2e-05 rad, is 6e-05 rad (×3) and 1 more figure since 2026-01-02" in found.message
+    assert "was 2e-05" not in found.text
+    (one, _) = read_nightly(tmp_path / "nightly.json").standing
+    assert one.reason.startswith("3 times what it may be with the accepted step of 2026-01-03")
+    assert "what it may be with the accepted step" in (tmp_path / "nightly.html").read_text("utf-8")
+
+
+def test_junit_calls_an_earlier_value_of_a_new_change_what_it_was(store: NightStore, url: str, tmp_path: Path) -> None:
+    for number, value in enumerate((1e-5, 5e-5)):
+        store.add(night(error(value), number=number))
+    message = report(url, tmp_path)["paper/fig05"].result[0].message
+    assert "was 1e-05 rad, is 5e-05 rad (×5) since" in message
+
+
+def test_one_figure_and_one_change_are_in_the_singular() -> None:
+    _, _, note = small_chart(TrendChart("scene", "engine", "error", (), 1, ()), 1)
+    assert note == "1 figure the same on all nights"
+    ((_, block),) = year_blocks([CalendarNight("a", "2026-01-02T02:00:00+00:00", "worse", 1)], {})
+    assert ", 1 change<" in block
+
+
+def test_what_an_acceptance_leaves_open_is_printed_beside_what_it_covers(
+    store: NightStore, url: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number, value in enumerate((1e-5, 5e-5, 6e-5)):
+        store.add(night(error(value), number=number))
+    (step,) = judge(store).news
+    ended = CliRunner().invoke(cli, ["history", "accept", step.id, "--reason", "a fifth", "--history", url])
+    assert ended.stdout.index("figure accepted; covers") < ended.stdout.index("still worse than accepted: ×3")
+    assert ended.stderr == ""
