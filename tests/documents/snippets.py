@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 TUTORIALS = ROOT / "docs" / "tutorials"
+PUBLISHED = ROOT / "docs" / "explanation" / "external_checks.md"
 FRAGMENT = "[effects"
 """Beginning of a block that belongs into a scene"""
 
@@ -42,8 +43,8 @@ def ways() -> dict[str, Any]:
 
 @cache
 def snippets() -> tuple[Snippet, ...]:
-    """Every snippet of README and documents; README's and the tutorials' tests carry out those two."""
-    left_out = {ROOT / "README.md", *TUTORIALS.glob("*.md")}
+    """Every snippet of README and documents but those of pages with tests of their own."""
+    left_out = {ROOT / "README.md", PUBLISHED, *TUTORIALS.glob("*.md")}
     pages = [d for d in documents() if d not in left_out]
     return tuple(itertools.chain.from_iterable(map(of_page, pages)))
 
