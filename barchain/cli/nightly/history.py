@@ -17,7 +17,6 @@ from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
 from barchain.cli.nightly.documents import report_night, results_site, tell_night
 from barchain.cli.nightly.options import history_option, opened
-from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,6 +48,7 @@ def history(ctx: click.Context) -> None:
 def add(folders: tuple[Path, ...], url: str | None) -> None:
     """Add the results in each DIR as a night; a night that is there already stays as it is."""
     from barchain.nightly.figures.results import read_night  # noqa: PLC0415
+    from scenarios.plural import plural  # noqa: PLC0415
 
     nights = [read_night(folder) for folder in folders]  # all are read before one is added
     store = opened(url, create=True)
@@ -117,6 +117,7 @@ def series(figure: str, url: str | None, as_json: bool) -> None:
 def export(path: Path, url: str | None) -> None:
     """Export all figures of all nights as one table; a baseline to be kept is a copy of a night's folder."""
     from barchain.nightly.history.nights import export_parquet  # noqa: PLC0415
+    from scenarios.plural import plural  # noqa: PLC0415
 
     store = opened(url)
     need_writable(path, "--parquet")
@@ -135,6 +136,7 @@ def export(path: Path, url: str | None) -> None:
 def prune(keep: int | None, days: float | None, url: str | None) -> None:
     """Remove old nights; accepted changes stay, and so do nights that a change for the worse is compared with."""
     from barchain.nightly.history.pruning import needed_nights  # noqa: PLC0415
+    from scenarios.plural import plural  # noqa: PLC0415
 
     if keep is None and days is None:
         raise click.UsageError("give --keep-nights N, --older-than DAYS, or both")
