@@ -18,6 +18,7 @@ def test_the_script_of_a_tutorial_prints_the_numbers_on_its_page(name, tmp_path)
     assert run([sys.executable, "-c", script], tmp_path, 0) == shown
 
 
+@pytest.mark.slow
 def test_numbers_that_others_published_are_met_as_the_page_says(tmp_path):
     shown = blocks(PUBLISHED)
     scripts = list(zip(shown[::2], shown[1::2], strict=True))

@@ -322,6 +322,7 @@ def test_a_coarse_column_hides_no_error_of_the_columns_beside_it(right, judged):
     assert not judged(few.assign(angle_2_rad=few.angle_2_rad + 0.2)).passed
 
 
+@pytest.mark.slow
 def test_a_right_file_of_a_scene_of_early_limits_passes_from_its_own_states_and_a_part_of_it_says_how_far(judged):
     scene = load_scene("hard/whip")
     whole = simulate(scene, "reference", rtol=1e-12).to_frame().filter(regex="^(t_s|com_[xyv]|angle|rate|reaction)")
