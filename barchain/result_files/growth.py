@@ -77,7 +77,7 @@ def track_jump(main: Samples, rtol: float) -> str:
     least_s = np.minimum(before, after)
     made_m = main.written["com"] + solution.error["com"][: len(t)] + MOST_MADE * rtol * scene.radius0_m
     free_m = least_s * (GRADIENT_SLACK * field * under_hat + EITHER_WAY * tilted * 0.5 * (before + after))
-    bent_m, allowed_m = least_s * bent_m_s, free_m + 4.0 * made_m[2:]
+    bent_m, allowed_m = least_s * bent_m_s, free_m + made_m[:-2] + 2.0 * made_m[1:-1] + made_m[2:]
     wrong = np.flatnonzero(bent_m > allowed_m)
     if not wrong.size:
         return ""

@@ -293,6 +293,17 @@ def test_a_track_that_moves_at_once_fails_though_parted_attitudes_could_move_it_
     assert any("the track leaves the solution by 5 m" in reason for reason in found.reasons)
 
 
+@pytest.mark.parametrize("digits", [5, 6, 9])
+def test_a_right_track_whose_numbers_gain_a_place_does_not_move_at_once(judged, digits):
+    """Where a coordinate passes a power of ten, the rows on its two sides are rounded to units ten times apart."""
+    scene = load_scene("paper/fig13")
+    frame = to_frame(shipped_solution(scene).trajectory)[["t_s", "com_x_m", "com_y_m"]].iloc[::5]
+    for column in ("com_x_m", "com_y_m"):
+        frame[column] = [f"{value:.{digits}g}" for value in frame[column]]
+    found = judged(frame, scene=scene)
+    assert found.passed, found.reasons
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_right_file_at_uneven_instants_passes(judged, seed):
     """The balance of energy and momentum is a quadrature over the rows: one can't tell more than they do."""
