@@ -29,7 +29,7 @@ MOST_MADE = 100.0
 """Error of several steps and of what amplifies beside the attitude, over that of one step of the request"""
 
 
-def leaves_too_fast(main: Samples, rtol: float) -> str:
+def leaves_too_fast(main: Samples, rtol: float, noise_m: float) -> str:
     """Where a file that agrees leaves the solution beyond its own predictability limit, as a sentence; empty if not.
 
     A file of low accuracy has an early limit. The solution is known until a later one. At any time before, a step may
@@ -40,8 +40,10 @@ def leaves_too_fast(main: Samples, rtol: float) -> str:
     main : Samples
     rtol : float
         The request; 0 of a file that agrees to its digits.
+    noise_m : float
+        Error bar of the track that its author states.
     """
-    if jump := track_jump(main, rtol):
+    if jump := track_jump(main, rtol, noise_m):
         return jump
     known = main.solution.trajectory.t_s <= main.solution.limit_s
     own = differences(main.trajectory, main.solution.trajectory)
@@ -50,7 +52,7 @@ def leaves_too_fast(main: Samples, rtol: float) -> str:
     return f"the file leaves the solution {where}" if where else ""
 
 
-def track_jump(main: Samples, rtol: float) -> str:
+def track_jump(main: Samples, rtol: float, noise_m: float) -> str:
     """Where the track leaves the solution at once, as a sentence; empty where all forces and errors allow it.
 
     Attitudes that have parted may move the track by metres in the end, but not from one row to the next. A difference d
@@ -60,7 +62,7 @@ def track_jump(main: Samples, rtol: float) -> str:
     Parameters
     ----------
     main : Samples
-    rtol : float
+    rtol, noise_m : float
         As of :func:`leaves_too_fast`.
     """
     scene, t, solution = main.solution.scene, main.trajectory.t_s, main.solution
@@ -75,7 +77,7 @@ def track_jump(main: Samples, rtol: float) -> str:
     # a difference of slopes is the integral of d'' under a hat from the row before to the one after
     under_hat = before * (off[:-2] + 2.0 * off[1:-1]) / 6.0 + after * (2.0 * off[1:-1] + off[2:]) / 6.0
     least_s = np.minimum(before, after)
-    made_m = main.written["com"] + solution.error["com"][: len(t)] + MOST_MADE * rtol * scene.radius0_m
+    made_m = main.written["com"] + solution.error["com"][: len(t)] + MOST_MADE * rtol * scene.radius0_m + noise_m
     free_m = least_s * (GRADIENT_SLACK * field * under_hat + EITHER_WAY * tilted * 0.5 * (before + after))
     bent_m, allowed_m = least_s * bent_m_s, free_m + made_m[:-2] + 2.0 * made_m[1:-1] + made_m[2:]
     wrong = np.flatnonzero(bent_m > allowed_m)

@@ -132,7 +132,8 @@ def reason_against(
     main: Samples, finer: Samples | None, declared: Declared, found: Verdict, setting: Setting
 ) -> tuple[Outcome, str] | None:
     """Outcome in the place of a pass, and why; None where what agrees is enough, and nothing else speaks against it."""
-    if finer is None and (left := leaves_too_fast(main, 0.0 if isinstance(setting, Undeclared) else setting.value)):
+    rtol, noise_m = 0.0 if isinstance(setting, Undeclared) else setting.value, declared.noise.get("com", 0.0)
+    if finer is None and (left := leaves_too_fast(main, rtol, noise_m)):
         return Outcome.INCONSISTENT, left
     short = falls_short(main, finer, declared, found)
     return (Outcome.TOO_COARSE, short) if short else None

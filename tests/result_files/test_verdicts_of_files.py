@@ -304,6 +304,13 @@ def test_a_right_track_whose_numbers_gain_a_place_does_not_move_at_once(judged, 
     assert found.passed, found.reasons
 
 
+def test_a_track_that_scatters_within_its_stated_error_bar_does_not_move_at_once(judged):
+    scene = load_scene("paper/fig13")
+    frame = to_frame(shipped_solution(scene).trajectory)[["t_s", "com_x_m", "com_y_m"]].iloc[::5]
+    frame["com_x_m"] += np.random.default_rng(1).uniform(-3.0, 3.0, len(frame))
+    assert judged(frame, Declared(noise={"com": 5.0}), scene=scene).passed
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_right_file_at_uneven_instants_passes(judged, seed):
     """The balance of energy and momentum is a quadrature over the rows: one can't tell more than they do."""
