@@ -204,9 +204,7 @@ def problem(
     """Problem of a scene in words and equations."""
     chain = scene.chain
     effects = {name: json.dumps(table) for name, table in request["scene"]["effects"].items() if name != "gravity"}
-    made = Environment(
-        loader=PackageLoader("barchain.result_files", "template"), undefined=StrictUndefined, autoescape=False
-    )
+    made = plain_templates()
     made.filters["md"] = escape_text
     return made.get_template("problem.md.j2").render(
         scene=scene,
@@ -226,6 +224,12 @@ def problem(
         page=PAGE if page else "",
         noise=unpacked(built_in()[BASILISK].entry)[1].noise if program else {},
     )
+
+
+def plain_templates(**options: Any) -> Environment:
+    """Templates of plain text, with options of Jinja."""
+    loader = PackageLoader("barchain.result_files", "template")
+    return Environment(loader=loader, undefined=StrictUndefined, autoescape=False, **options)
 
 
 def mujoco_model(scene: Scene) -> str:

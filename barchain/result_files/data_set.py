@@ -15,9 +15,7 @@ from functools import cache as remembered
 from importlib.metadata import distribution
 from typing import TYPE_CHECKING, Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
-from barchain.result_files.case import MODEL, PROGRAM
+from barchain.result_files.case import MODEL, PROGRAM, plain_templates
 from barchain.result_files.difficulty import GRADES
 from barchain.solutions.case_versions import TABLE, current, data_set_version
 from reports.results.writing import write_atomically
@@ -185,8 +183,5 @@ def meanings() -> dict[str, str]:
 
 def text(template: str, **shown: Any) -> str:
     """Text of a template of plain text."""
-    made = Environment(
-        loader=PackageLoader("barchain.result_files", "template"), undefined=StrictUndefined, autoescape=False,
-        trim_blocks=True, keep_trailing_newline=True,
-    )  # fmt: skip
+    made = plain_templates(trim_blocks=True, keep_trailing_newline=True)
     return made.get_template(template).render(shown)

@@ -158,7 +158,7 @@ def falls_short(main: Samples, finer: Samples | None, declared: Declared, found:
 def other_order(verdict: Verdict, main: Samples, finer: Samples, declared: float) -> list[str]:
     """What a file and its finer one show of the order, where that alone is what fails; empty else."""
     errors = [differences(each.trajectory, main.solution.trajectory) for each in (main, finer)]
-    orders = set()
+    orders = set[float]()
     for quantity in {row["quantity"] for row in verdict.rows if not Outcome(row["outcome"]).ok}:
         coarse, fine = (float(each[quantity].max()) if quantity in each else 0.0 for each in errors)
         if not coarse or not fine or 1.0 / CONVERGES < coarse / fine < CONVERGES:
@@ -168,15 +168,14 @@ def other_order(verdict: Verdict, main: Samples, finer: Samples, declared: float
         return []
     if all(order < 0.0 for order in orders):
         return ["the errors of the finer file are larger: are the two files exchanged?"]
-    shown = " and ".join(f"{order:g}" for order in sorted(orders))
-    return [f"the two files show errors of order {shown}; order {declared:g} is declared"]
+    return [order_words(orders, declared)]
 
 
 def lower_order(found: Verdict, main: Samples, finer: Samples | None, declared: float | None) -> list[str]:
     """Warning of a file that passes though both files show a lower order in all errors that stand out of rounding."""
     if finer is None or declared is None or found.outcome is not Outcome.PASS or limited(found, main):
         return []
-    solution, orders = main.solution, set()
+    solution, orders = main.solution, set[float]()
     coarse, fine = (differences(each.trajectory, solution.trajectory) for each in (main, finer))
     for quantity in main.judged & fine.keys() & solution.error.keys():
         known = main.written[quantity] + solution.error[quantity][: len(main.written[quantity])]
@@ -184,8 +183,13 @@ def lower_order(found: Verdict, main: Samples, finer: Samples | None, declared: 
             orders.add(round(math.log2(coarse[quantity].max() / fine[quantity].max()), 1))
     if not orders or max(orders) > declared - ORDER_SLACK:
         return []
+    return [f"warning: {order_words(orders, declared)}"]
+
+
+def order_words(orders: set[float], declared: float) -> str:
+    """What two files show of the order, beside the declared one."""
     shown = " and ".join(f"{order:g}" for order in sorted(orders))
-    return [f"warning: the two files show errors of order {shown}; order {declared:g} is declared"]
+    return f"the two files show errors of order {shown}; order {declared:g} is declared"
 
 
 def as_round_off(name: str, main: Samples, finer: Samples, declared: Declared, found: Verdict) -> str:

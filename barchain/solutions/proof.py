@@ -256,7 +256,9 @@ def attach(path: Path, scene: Scene, out: Path, **options: Any) -> Proof:
     need_contained(scene.name, rows["t_s"].to_numpy(), proof.proven, columns_of(rows, ERROR))
     low = to_frame(proof.low).drop(columns="t_s").add_prefix(LOW)
     low[~chosen] = np.nan
-    proven = {q: shortened(x).astype(np.float32) for q, x in proof.proven.items()}
+    least = float(np.finfo(np.float32).tiny)  # a smaller bound would be stored as zero
+    proven = {q: np.where(x > 0.0, np.maximum(shortened(x), least), 0.0) for q, x in proof.proven.items()}
+    proven = {q: x.astype(np.float32) for q, x in proven.items()}
     radius = {q: np.where(chosen, shortened(x), np.nan) for q, x in proof.radius.items()}
     added = low.assign(**with_prefix(PROVEN, proven), **with_prefix(RADIUS, radius)).set_index(used)
     write_frame(shipped_path(scene.name, out), head | {PROOF: proof.head}, frame.join(added))
@@ -280,7 +282,8 @@ def proven_words(scene: Scene) -> str:
     proof = head_of(path).get(PROOF) if path is not None else None
     if not proof:
         return ""
-    return f"the certified solution that judges is proven to {max(proof['relative'], KEPT):.0e} of its values"
+    known = f"the exact motion is proven to {max(proof['relative'], KEPT):.0e} of its values"
+    return f"{known}, and the certified solution that judges lies within its error bars of it"
 
 
 def check_proof(scene: Scene, path: Path) -> str:
