@@ -290,7 +290,7 @@ def setting_error(engine: Declarations, scene: Scene, setting: Setting, run: Tra
     by_quantity = {q: until_now(v[:n] / errors.scale[q]) for q, v in apart.items()}
     kept = 0.0
     if not equal_steps and "attitude" in apart:
-        kept = float((apart["attitude"][:n] / errors.kept_request_rad[:n]).max())
+        kept = float((apart["attitude"][:n] / errors.kept_request["attitude"][:n]).max())
     return ErrorAtSetting(
         setting, step_of(setting, scene), by_quantity, floors(bare), n == errors.n, ratio(errors), taken,
         floors(errors), ratio(bare), kept, run, errors.scale,

@@ -45,6 +45,7 @@ from barchain.judge.scales import (
 from barchain.metrics.quantities import own_rate, rate_scale
 from barchain.solutions.reference import RICHARDSON
 from reports.results.comparison import PARTED_RAD
+from scenarios import Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -200,15 +201,22 @@ class ErrorModel:
         return found
 
     @cached_property
-    def kept_request_rad(self) -> Array:
-        """Error of the attitude that a method leaves that keeps its request, (n,) rad: no bound, but what is ordinary.
+    def kept_request(self) -> dict[str, Array]:
+        """Error that a method leaves that keeps its request, (n,): ``attitude``, rad, and ``com``, m. No bound.
 
-        One local error as large as the request, of any sign, is made in each radian of the chain's fastest motion. They
-        add up as a random walk, and are amplified as one that is made at the start. Rounding and noise are added.
+        One local error as large as the request, of any sign, is made in each radian of the fastest motion, of the chain
+        or the orbit. They add up as a random walk, and grow as one that is made at the start. Rounding and noise are
+        added.
         """
-        radians = rate_scale(self.scene, self.solution.trajectory) * (self.t_s - self.t_s[0])
-        made: Array = self.setting.value * step_constant(self.engine) * np.sqrt(1.0 + radians)
-        return made * self.amplification + self.floor["attitude"]
+        scene, elapsed_s = self.scene, self.t_s - self.t_s[0]
+        rates = rate_scale(scene, self.solution.trajectory), orbit_rate_bound(scene, self.solution.trajectory)
+        request = self.setting.value * step_constant(self.engine)
+        turned, travelled = (request * np.sqrt(1.0 + rate * elapsed_s) for rate in rates)
+        unit_m = track_unit(self.engine, scene, request)
+        return {
+            "attitude": turned * self.amplification + self.floor["attitude"],
+            "com": travelled * unit_m * self.track_growth + self.floor["com"],
+        }
 
     @cached_property
     def limit_s(self) -> float:
@@ -267,8 +275,28 @@ class ErrorModel:
                 carried = NORM_SLACK * np.minimum(attitude, parted)
             found[name] = carried * response[: self.n] + NORM_SLACK * direct + self.floor[name]
         track = NORM_SLACK * self.local.track(self.scene, self.t_s)
+        if self.scene.effects.gravity is Gravity.NONE:
+            track = np.minimum(track, self.straight_track_m)
         found["com"] += track
         found["com_velocity"] += track * orbit_rate_bound(self.scene, self.solution.trajectory)
+        return found
+
+    @property
+    def straight_track_m(self) -> Array:
+        """Largest error of a track without gravity by any weights that a method gives to the forces, (n,) m.
+
+        Accelerations a that a step weighs lie between those of the motion, so that no mean is off by more than their
+        range: t²/2 of it from the start. A constant force leaves no error, however large a request is. Attitudes that
+        are off by an angle turn the force, and the share of a bar that it meets: 2 |a| times that angle.
+        """
+        fine = self.solution.fine
+        if len(fine.t_s) < 2:
+            return np.full(self.n, np.inf)
+        acceleration = np.gradient(fine.com_velocity_m_s, fine.t_s, axis=0)
+        lowest, highest = (f.accumulate(acceleration, axis=0) for f in (np.minimum, np.maximum))
+        size = np.maximum.accumulate(np.linalg.norm(acceleration, axis=1))
+        varied, most = (np.interp(self.t_s, fine.t_s, x) for x in (np.linalg.norm(highest - lowest, axis=1), size))
+        found: Array = 0.5 * (self.t_s - self.t_s[0]) ** 2 * (varied + 2.0 * most * self.attitude_rad)
         return found
 
     @cached_property

@@ -6,12 +6,13 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING
 
+from barchain.judge.diagnosis.mistake import explained_words
 from barchain.judge.diagnosis.verdicts import needs_diagnosis
 from barchain.judge.scales import scales
-from barchain.metrics.quantities import differences
+from barchain.metrics.quantities import TRACK, differences
 from barchain.result_files.one_verdict import diagnosis, error_model, one_verdict
 from reports.results.outcome import Outcome
-from scenarios.channels import UNITS
+from scenarios.channels import UNITS, WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -63,17 +64,44 @@ def reached(name: str, main: Samples, declared: Declared, found: Verdict) -> lis
     notes += filter(None, [less_accurate(verdicts, best)])
     if start := other_start(main):
         notes.append(f"warning: {start}, which the bound at this request allows")
-    model = error_model(main, declared, {})
-    if found.series is not None and "attitude_difference" in found.series:
-        until = model.t_s <= model.limit_s
-        error = found.series["attitude_difference"].to_numpy()[: model.n][until]
-        ratio = float((error / model.kept_request_rad[until]).max())
+    above = above_request(main, declared, found)
+    notes += [f"warning: {said}" for said in above]
+    if above and main.enough and (cause := mistake_inside(name, main, declared, declared.rtol)):
+        notes.append(f"warning: inside the bound, and no error of a method: {cause}")
+    return notes
+
+
+def above_request(main: Samples, declared: Declared, found: Verdict) -> list[str]:
+    """Sentences on errors above those of a method that keeps its request, of the attitude and of the track."""
+    assert found.series is not None
+    model, said = error_model(main, declared, {}), []
+    for quantity, kept in model.kept_request.items():
+        if f"{quantity}_difference" not in found.series:
+            continue
+        until = model.t_s <= (math.inf if quantity in TRACK else model.limit_s)
+        error = found.series[f"{quantity}_difference"].to_numpy()[: model.n][until]
+        ratio = float((error / kept[until]).max())
         if ratio > 1.0:
-            notes.append(
-                f"warning: the attitude's error is {ratio:.2g} times that of a method that keeps a request of "
+            said.append(
+                f"the error of the {WORDS[quantity]} is {ratio:.2g} times that of a method that keeps a request of "
                 f"{declared.rtol:g} in each step, as the scene amplifies it"
             )
-    return notes
+    return said
+
+
+def mistake_inside(name: str, main: Samples, declared: Declared, allowed: float) -> str:
+    """Mistakes that explain a difference which the bound at a request permits, in words; empty without one.
+
+    They are sought as of a file that declares nothing: from the finest request on.
+    """
+    for rtol in DIAGNOSED:
+        if rtol < allowed:
+            at = dataclasses.replace(declared, rtol=rtol)
+            verdict = one_verdict(name, main, None, at, {}, restarts=False)[0]
+            seen = diagnosis(verdict, main) if needs_diagnosis(verdict) else None
+            if seen is not None and seen.explanations:
+                return explained_words(seen.explanations, seen.next_best)
+    return ""
 
 
 def passes(name: str, main: Samples, declared: Declared, rtol: float) -> bool:

@@ -1,7 +1,6 @@
 """Verdicts on files: what diverged, what was written at other times, and what declares no accuracy."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -9,13 +8,9 @@ import pytest
 from adapters.common.kepler import propagate
 from adapters.trajectory import to_frame
 from barchain import change_scene, load_scene, simulate
-from barchain.judge.diagnosis.diagnose import Diagnosis
 from barchain.judge.diagnosis.trials import moved_start
-from barchain.judge.local_errors import elastic_decay_1_s
 from barchain.judge.written import Declared
 from barchain.metrics.quantities import differences, drifts
-from barchain.result_files import verdict
-from barchain.result_files.judging import judge_files
 from barchain.result_files.judging import solution_of as judging_solution
 from barchain.result_files.table import TableError
 from barchain.solutions.at_times import solution_at
@@ -23,98 +18,11 @@ from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.reference import closely_sampled
 from reports.results.outcome import Outcome
 from scenarios.scene import Run
+from tests.result_files.examples import DRAG, HINGED, TRACK, diverged
 
 FREE = "basics/two_bars_free"
 THREE = "conform/three_bars_gradient"
 NOTHING = Declared()
-TRACK = """
-title = "A particle that falls around the Earth"
-source = "Kepler's equation"
-[central_body]
-mu_m3_s2 = 3.986004415e14
-[orbit]
-altitude_m = 387e3
-speed_factor = 1.05
-[chain]
-bars = 1
-mass_kg = 1000.0
-length_m = 0.001
-angle_deg = 0.0
-[effects]
-gravity = "point"
-[run]
-duration_s = 29000.0
-samples = 301
-"""
-DRAG = TRACK.replace("length_m = 0.001", "length_m = 10.0").replace('gravity = "point"', """gravity = "point"
-[effects.drag]
-density_kg_m3 = 1e-11
-altitude_m = 387e3
-scale_height_m = 5e4
-width_m = 10.0""").replace("duration_s = 29000.0\nsamples = 301", "duration_s = 9000.0\nsamples = 91")  # fmt: skip
-HINGED = """
-title = "Two bars with a spring and a damper"
-source = "closed form"
-[orbit]
-altitude_m = 350e3
-speed_factor = 0.0
-[chain]
-bars = 2
-mass_kg = 3.0
-length_m = 2.0
-angle_deg = 0.0
-rate_factor = 0.0
-[effects]
-gravity = "none"
-[effects.joint_spring_damper]
-stiffness_N_m_rad = 5.0
-damping_N_m_s_rad = 0.25
-[run]
-duration_s = 1.0
-samples = 11
-"""
-
-
-def scene_of(text, tmp_path):
-    (tmp_path / "scene.toml").write_text(text)
-    return load_scene(tmp_path / "scene.toml")
-
-
-@pytest.fixture(scope="module")
-def right():
-    found = simulate(FREE, "reference", rtol=1e-10).to_frame()
-    return found.drop(columns=[name for name in found if name.startswith(("gap", "com_residual", "position"))])
-
-
-@pytest.fixture
-def judged(tmp_path):
-    """Function that writes one or two tables, and judges them."""
-
-    def made(frame, declared=NOTHING, finer=None, scene=FREE, **how):
-        paths = [tmp_path / "run.csv"] + [tmp_path / "finer.csv"] * (finer is not None)
-        for path, each in zip(paths, (frame, finer), strict=False):
-            each.to_csv(path, index=False, **how)
-        return judge_files(scene, *paths, declared=declared, time_limit_s=60.0)
-
-    return made
-
-
-@pytest.fixture
-def verdict_alone(judged, monkeypatch):
-    """The same without a search for mistakes, which takes seconds where none explains a file, and moves no verdict."""
-
-    def made(*given, **how):
-        with monkeypatch.context() as patched:
-            patched.setattr(verdict, "diagnosis", lambda *_: Diagnosis(()))
-            return judged(*given, **how)
-
-    return made
-
-
-def diverged(frame, kind, growth):
-    """Frame whose columns of a kind leave the right ones by a factor e at each sample in its second half."""
-    grown = np.exp(growth * np.maximum(np.arange(len(frame)) - len(frame) // 2, 0)) - 1.0
-    return frame.assign(**{name: frame[name] * (1.0 + grown) + grown for name in frame if name.startswith(kind)})
 
 
 @pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x", "com_vy"])
@@ -174,15 +82,6 @@ def test_what_is_right_in_a_wrong_file_is_not_told_as_wrong(right, verdict_alone
     assert not any(reason.startswith(("rate", "reaction")) for reason in found.reasons)
 
 
-@pytest.mark.parametrize("declared", [NOTHING, Declared(rtol=1e-6)])
-def test_a_quantity_that_is_far_less_accurate_than_the_others_is_told(right, judged, declared):
-    found = judged(right.assign(reaction_1_x_N=right.reaction_1_x_N * (1.0 + 1e-4 * (right.t_s > 1000.0))), declared)
-    assert found.passed
-    assert any("reaction: no better than rtol=" in said for said in (*found.advice, *found.notes))
-    plain = judged(right, declared)
-    assert not any("no better than" in said for said in (*plain.advice, *plain.notes))
-
-
 def test_another_start_of_a_file_that_fails_is_told(right, judged, verdict_alone):
     wrong = right.assign(angle_1_rad=right.angle_1_rad + 1e-2 * np.cos(right.t_s / 70.0))
     for found in judged(wrong, Declared(rtol=1e-9)), verdict_alone(wrong):
@@ -214,8 +113,8 @@ def test_a_quantity_that_is_there_and_says_nothing_is_no_pass(right, judged):
     assert any("rate" in reason and "last digit" in reason for reason in found.reasons)
 
 
-def test_the_error_bar_at_other_times_contains_keplers_track(tmp_path):
-    scene = scene_of(TRACK, tmp_path)
+def test_the_error_bar_at_other_times_contains_keplers_track(scene_of):
+    scene = scene_of(TRACK)
     t = np.append(0.0, np.sort(np.random.default_rng(7).uniform(0.0, 29_000.0, 40)))
     found = solution_at(judging_solution(closely_sampled(scene), 60.0), t)
     start = found.trajectory.com_m[0], found.trajectory.com_velocity_m_s[0]
@@ -229,8 +128,8 @@ def test_the_error_bar_at_other_times_contains_keplers_track(tmp_path):
     assert found.error["com"].max() < 1e-4, "and is far below a metre"
 
 
-def test_the_error_bar_at_other_times_contains_a_run_with_samples_there(tmp_path):
-    scene = closely_sampled(scene_of(DRAG, tmp_path))
+def test_the_error_bar_at_other_times_contains_a_run_with_samples_there(scene_of):
+    scene = closely_sampled(scene_of(DRAG))
     own = scene.run.samples - 1
     between = dataclasses.replace(scene, run=Run(scene.run.duration_s, 3 * own + 1))
     other = simulate(between, "reference-wide", rtol=1e-17).samples(slice(None, None, 31))
@@ -250,9 +149,9 @@ def test_instants_that_are_late_are_named_with_and_without_the_row_of_the_start(
     assert ("after the first row" in found.mistakes) is first_row
 
 
-def test_two_mistakes_in_few_rows_of_one_column_get_no_wrong_name(judged, tmp_path):
+def test_two_mistakes_in_few_rows_of_one_column_get_no_wrong_name(judged, scene_of):
     """Rates of an undamped motion, of instants 0.05 s too late: after the first row, nothing is judged at rtol=1e-4."""
-    damped = scene_of(HINGED.replace("angle_deg = 0.0", "angle_deg = [-10.0, 10.0]"), tmp_path)
+    damped = scene_of(HINGED.replace("angle_deg = 0.0", "angle_deg = [-10.0, 10.0]"))
     free = change_scene(damped, {"effects": {"joint_spring_damper": {"damping_N_m_s_rad": 0.0}}})
     motion = solution_at(judging_solution(closely_sampled(free), 60.0), np.arange(0.05, 1.0, 0.06)).trajectory
     rows = to_frame(motion)[["t_s", "rate_2_rad_s"]].round(4)
@@ -323,12 +222,6 @@ def test_a_right_file_at_uneven_instants_passes(judged, seed):
     assert found.passed, found.reasons
 
 
-def test_two_files_that_show_a_lower_order_than_the_declared_one_are_warned_of(judged):
-    coarse, fine = (simulate("basics/libration", "mujoco", steps_per_orbit=n).to_frame() for n in (1000, 2000))
-    declared = [judged(coarse, Declared(order=order), finer=fine, scene="basics/libration") for order in (4.0, 6.0)]
-    assert [any("show errors of order" in note for note in found.notes) for found in declared] == [False, True]
-
-
 def test_a_coarse_column_hides_no_error_of_the_columns_beside_it(right, judged):
     few = right[["t_s", "angle_1_rad", "angle_2_rad"]].assign(angle_2_rad=right.angle_2_rad.round(1))
     found = judged(few)
@@ -340,42 +233,10 @@ def test_a_coarse_column_hides_no_error_of_the_columns_beside_it(right, judged):
     assert not judged(few.assign(angle_2_rad=few.angle_2_rad + 0.2)).passed
 
 
-@pytest.mark.slow
-def test_a_right_file_of_a_scene_of_early_limits_passes_from_its_own_states_and_a_part_of_it_says_how_far(judged):
-    scene = load_scene("hard/whip")
-    whole = simulate(scene, "reference", rtol=1e-12).to_frame().filter(regex="^(t_s|com_[xyv]|angle|rate|reaction)")
-    found = judged(whole, scene=scene)
-    assert found.passed, found.reasons
-    assert found.advice[0].startswith("agrees at rtol=1e-12")
-    part = judged(whole.filter(regex="^(t_s|angle)"), scene=scene)
-    assert part.outcome is Outcome.TOO_COARSE
-    assert part.advice == ["it agrees at rtol=1e-12 as far as it can be judged"]
-
-
-def test_a_file_of_fewer_bars_than_a_scene_without_a_solution_is_refused_before_any_run(right, judged, tmp_path):
-    scene = scene_of(HINGED.replace("bars = 2", "bars = 100000").replace("samples = 11", "samples = 3"), tmp_path)
+def test_a_file_of_fewer_bars_than_a_scene_without_a_solution_is_refused_before_any_run(right, judged, scene_of):
+    scene = scene_of(HINGED.replace("bars = 2", "bars = 100000").replace("samples = 11", "samples = 3"))
     with pytest.raises(TableError, match="has columns of 2 bars, and the scene has 100000"):
         judged(right, scene=scene)
-
-
-def test_numbers_that_were_rounded_before_they_were_written_in_full_are_told_as_that(right, judged):
-    """6728000.0 has eight digits, of which six count; reversed reactions are wrong all the same."""
-    rounded = right.iloc[:41].map(lambda value: float(f"{value:.6g}"))
-    found = judged(rounded)
-    assert not found.passed
-    assert not found.mistakes
-    assert "--digits 6" in " ".join(found.advice)
-    reversed_ones = {name: -rounded[name] for name in rounded if name.startswith("reaction")}
-    assert "--digits" not in " ".join(judged(rounded.assign(**reversed_ones)).advice)
-
-
-def test_a_right_file_that_declares_nothing_passes_at_the_accuracy_that_it_has(right, judged, verdict_alone):
-    found = judged(right)
-    assert found.passed
-    assert found.advice[0].startswith("agrees at rtol=1e-")
-    wrong = right.assign(**{name: -right[name] for name in right if name.startswith("reaction")})
-    assert "opposite sign" in judged(wrong).mistakes
-    assert not verdict_alone(diverged(right, "angle", 1e-5)).passed
 
 
 def test_a_file_of_another_start_does_not_pass_however_small_the_difference_is(right, judged):
@@ -396,60 +257,6 @@ def test_bars_that_start_at_rest_have_no_factor_of_their_rates(judged):
     few = frame[["t_s", *(n for n in frame if n.startswith(("com_", "angle", "rate")) and n != "com_residual_m")]]
     rates = {name: few[name] + 1e-4 for name in few if name.startswith("rate")}
     assert not judged(few.assign(**rates), scene="paper/fig13").passed
-
-
-def rounded(kind, size, seed, shared=0.0):
-    """Certified run whose columns of a kind walk at random by a size, (1 + shared) times too large."""
-    frame = to_frame(shipped_solution(closely_sampled(load_scene(THREE))).trajectory)
-    columns = [name for name in frame if name.startswith(kind)]
-    walk = np.random.default_rng(seed).normal(size=(len(frame), len(columns))).cumsum(axis=0) / math.sqrt(len(frame))
-    return frame.assign(
-        **{columns[k]: (1.0 + shared) * frame[columns[k]] + size * walk[:, k] for k in range(len(columns))}
-    )
-
-
-@pytest.mark.parametrize(("kind", "quantity", "size"), [("com_", "com", 5e-6), ("reaction", "reaction", 1e-8)])
-def test_errors_that_are_rounding_are_told_with_a_declaration_with_which_the_files_pass(judged, kind, quantity, size):
-    """5e-6 m are 3300 roundings of 6728 km, as an extrapolation of order 16 in absolute coordinates leaves."""
-    main, finer = (rounded(kind, size, seed) for seed in (1, 2))
-    declared = Declared(order=16.0, absolute=quantity == "com")
-    found = judged(main, declared, finer, THREE)
-    assert found.outcome is Outcome.INCONSISTENT
-    (said,) = found.advice
-    assert said.startswith("Round-off")
-    noise = {quantity: float(said.rpartition(f"--noise {quantity}=")[2])}
-    assert size < noise[quantity] < 10.0 * size
-    assert judged(main, dataclasses.replace(declared, absolute=True, noise=noise), finer, THREE).passed
-
-
-@pytest.mark.parametrize(("size", "shared"), [(1e-6, 3e-12), (1e-2, 0.0)])
-def test_an_error_that_two_files_share_and_one_that_is_far_larger_are_no_rounding(judged, size, shared):
-    main, finer = (rounded("com_x", size, seed, shared) for seed in (1, 2))
-    found = judged(main, Declared(order=16.0, absolute=True), finer, THREE)
-    assert not found.passed
-    assert not any("Round-off" in said for said in found.advice)
-
-
-def test_a_stated_error_bar_is_what_a_file_is_judged_by_however_wide(right, verdict_alone):
-    angles = right[["t_s", "angle_1_rad", "angle_2_rad"]]
-    off = angles.assign(angle_1_rad=angles.angle_1_rad + 5e-5 * np.sin(angles.t_s))
-    assert verdict_alone(off, Declared(noise={"attitude": 6e-5})).passed
-    assert not verdict_alone(off, Declared(noise={"attitude": 1e-6})).passed
-    assert not verdict_alone(off, Declared(rtol=1e-9)).passed
-
-
-def test_the_accuracy_that_was_reached_stands_beside_the_requested_one(right, judged):
-    notes = judged(right, Declared(rtol=1e-7)).notes
-    assert any("requested: rtol=1e-07; reached: rtol=1e-1" in note for note in notes)
-
-
-def test_damped_joints_decay_as_the_closed_form_of_two_bars_says(tmp_path):
-    """Bars of inertia J turned against each other by b: J/2 b'' + c b' + k b = 0, its envelope is exp(-c t/J)."""
-    scene = scene_of(HINGED, tmp_path)
-    solution = judging_solution(closely_sampled(scene), 60.0)
-    expected = 0.25 / scene.chain.inertia_kg_m2[0]
-    assert math.isclose(elastic_decay_1_s(solution), expected, rel_tol=1e-9)
-    assert elastic_decay_1_s(shipped_solution(load_scene(FREE))) == 0.0
 
 
 def test_the_diagnosis_of_a_long_file_looks_at_some_of_its_rows_and_says_so(right, judged, monkeypatch):
