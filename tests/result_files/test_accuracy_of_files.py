@@ -39,7 +39,7 @@ def test_two_files_that_show_a_lower_order_than_the_declared_one_are_warned_of(j
     assert [any("show errors of order" in note for note in found.notes) for found in declared] == [False, True]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_right_file_of_a_scene_of_early_limits_passes_from_its_own_states_and_a_part_of_it_says_how_far(judged):
     scene = load_scene("hard/whip")
     whole = simulate(scene, "reference", rtol=1e-12).to_frame().filter(regex="^(t_s|com_[xyv]|angle|rate|reaction)")

@@ -57,9 +57,7 @@ def test_one_build_beside_itself_opens_the_gate(quick: None, capsys: pytest.Capt
 
 
 @pytest.mark.slow
-def test_a_program_that_became_wrong_closes_the_gate_until_it_is_known(
-    quick: None, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_program_that_became_wrong_closes_the_gate(quick: None, capsys: pytest.CaptureFixture[str]) -> None:
     write_program("mine", "python-program", Path("base"))
     entries = Path("base/engines.toml")
     lines = entries.read_text("utf-8").splitlines()
@@ -69,7 +67,7 @@ def test_a_program_that_became_wrong_closes_the_gate_until_it_is_known(
     assert "+ 2 * k2" in source
     Path("head/engine.py").write_text(source.replace("+ 2 * k2", "+ 2.001 * k2"), "utf-8")
     line = ["-q", "gate", "mine", SCENE, "--base", str(entries), "--head", "head/engines.toml", "--out", "gate.md",
-            "--minutes", "2"]  # fmt: skip
+            "--minutes", "1"]  # fmt: skip
     assert run(line) == 1
     said = capsys.readouterr().out
     assert said == Path("gate.md").read_text("utf-8")
@@ -77,9 +75,6 @@ def test_a_program_that_became_wrong_closes_the_gate_until_it_is_known(
     assert re.search(
         r"\| basics/two\\_bars\\_free:mine::verdict and \d+ more of this scene \| pass \| inconsistent", said
     )
-    Path("known_failures.toml").write_text('[[failure]]\npattern = "basics/*"\nreason = "a bet"\n', "utf-8")
-    assert run(line) == 0
-    assert capsys.readouterr().out.startswith("### Nothing is worse but ")
 
 
 @pytest.mark.slow
