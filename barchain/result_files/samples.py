@@ -28,6 +28,8 @@ CLOSE = 0.1
 """Largest half unit of written instants, relative to the distance of the scene's samples, that may be rounded ones"""
 EXACT = 1e-6
 """Largest departure of exact instants from a grid, relative to half a unit in the last place written"""
+SUMMED = 1e-12
+"""Largest departure of an instant from a sample of the scene, over its time: 1e4 roundings of a sum of steps"""
 FEWEST_ROWS = 5
 """Least rows of a file whose mistakes are sought: few numbers fit by chance"""
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -118,9 +120,9 @@ def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
     own = solution.trajectory.t_s
     above = np.clip(np.searchsorted(own, t), 1, len(own) - 1)
     nearest = np.where(own[above] - t < t - own[above - 1], own[above], own[above - 1]) if len(t) <= len(own) else t
-    rounded = np.all(np.abs(nearest - t) <= slack_s[inside]) and np.all(np.diff(nearest) > 0.0)
+    rounded = np.all(np.abs(nearest - t) <= half_t + SUMMED * t) and np.all(np.diff(nearest) > 0.0)
     if rounded and half_t.max() <= CLOSE * float(np.diff(own).min()):
-        t, half_t = nearest, np.zeros(len(t))
+        t, half_t = nearest, np.where(half_t > SUMMED * t, 0.0, np.abs(nearest - t))
     elif regular(t, slack_s[inside]):
         half_t = np.zeros(len(t))
     first = bool(t[0] > 0.0)

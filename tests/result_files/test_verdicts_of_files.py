@@ -1,6 +1,8 @@
 """Verdicts on files: what diverged, what was written at other times, and what declares no accuracy."""
 
 import dataclasses
+import math
+import re
 
 import numpy as np
 import pytest
@@ -265,3 +267,27 @@ def test_the_diagnosis_of_a_long_file_looks_at_some_of_its_rows_and_says_so(righ
     assert found.outcome is Outcome.INCONSISTENT
     assert "bar 1" in found.mistakes
     assert "mistakes are sought in one of 2 rows, 101 in all" in found.notes
+
+
+@pytest.mark.parametrize("moved_s", [1e-6, -1e-6])
+def test_states_belong_to_the_written_instants_however_near_these_are_to_samples_of_the_scene(judged, moved_s):
+    """A track at 7.7 km/s moves 8 mm in a microsecond, 1e5 times the error of a run at rtol=1e-12."""
+    solution = shipped_solution(closely_sampled(load_scene(FREE)))
+    own = np.arange(10.0, 1990.0, 10.0)
+    moved = to_frame(solution_at(solution, own + moved_s).trajectory).filter(regex="^(t_s|com_[xv]|com_y|angle|rate)")
+    assert judged(moved, Declared(rtol=1e-12)).passed
+    found = judged(moved.assign(t_s=own), Declared(rtol=1e-12))
+    assert not found.passed
+    assert "1e-06 s early" in found.mistakes if moved_s > 0.0 else "1e-06 s late" in found.mistakes
+
+
+@pytest.mark.parametrize("late_s", [1e-3, 0.1, 10.0])
+def test_a_late_clock_is_told_where_the_first_row_shows_the_start(judged, late_s):
+    motion = shipped_solution(closely_sampled(load_scene(FREE))).trajectory
+    frame = to_frame(motion).filter(regex="^(t_s|com_[xv]|com_y|angle|rate)").iloc[:-60:2]
+    for declared in (NOTHING, Declared(rtol=1e-9)):
+        found = judged(frame.assign(t_s=frame.t_s + late_s), declared)
+        assert not found.passed
+        told = re.match(r"Your instants are (\S+) s late", found.mistakes)
+        assert told, found.mistakes
+        assert math.isclose(float(told[1]), late_s, rel_tol=1e-3)

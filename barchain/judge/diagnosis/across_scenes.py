@@ -58,7 +58,7 @@ def agreed(found: Mapping[str, Diagnosis], others: Mapping[str, OwnMotion]) -> d
         if withdrawn and not kept:
             alone = {names for d in found.values() for names in d.names if len(names) == 1}
             part = next((m for e in withdrawn for m in e.mistakes if (m.name,) in alone), None)
-            said = f" Nearest: {part.sentence}, with something else here." if part else place_alone(diagnosis)
+            said = f" Nearest: {part.sentence}, which not all scenes bear out." if part else place_alone(diagnosis)
         agreeing[name] = dataclasses.replace(diagnosis, explanations=kept, nearest=said)
     return agreeing
 

@@ -52,6 +52,8 @@ REACTION_FACTORS = ("reactions-times-a-factor",)
 """Fitted readings that other masses in the equations of the reactions make, too"""
 FEW_SAMPLES = 3
 """Compared samples up to which one wrong sample is nothing special"""
+STANDS_OUT = 3.0
+"""Least difference of a sample that is off alone, over the largest of all others"""
 AFTER_JUMPS = "samples-after-jumps"
 JUST_AFTER = 1e-10
 """Time after an event, relative to the duration, at which the motion is the one after it"""
@@ -178,9 +180,11 @@ def diagnose(
     if at_jumps := only_at_jumps(result, judging):
         return Diagnosis(wrong, (at_jumps,))
     search = ReadingSearch(result, lambda: half_way(judging))
-    own = OwnMotion(judging.scene, result.given.replace(**dict.fromkeys(absent)), runs)
+    given, not_compared = result.given.replace(**dict.fromkeys(absent)), all(np.isinf(t[0]) for t in tolerance.values())
+    own = OwnMotion(judging.scene, given, runs, first=int(not_compared))
     found = searched(search, own, wrong)
-    if not found.explanations and (own.residual is None or not own.residual.wrong):
+    untold = own.residual is None or not own.residual.wrong or (runs is None and own.residual.clock_wrong)
+    if not found.explanations and untold:
         kept = {} if kept is None else kept
         trials = kept.setdefault("trials", TrialSearch(result))
         explained = tuple(trials.explaining(result))
@@ -299,7 +303,9 @@ def wrong_quantities(result: GivenResult) -> tuple[WrongQuantity, ...]:
         over = inside & ~(apart[name] <= result.tolerance[name])
         if over.any():
             first = int(np.argmax(over))
-            alone = bool(np.count_nonzero(inside) > FEW_SAMPLES and np.count_nonzero(over) == 1)
+            others = apart[name][inside & ~over]
+            alone = bool(len(others) >= FEW_SAMPLES and np.count_nonzero(over) == 1)
+            alone &= not apart[name][first] <= STANDS_OUT * others.max(initial=0.0)
             counted = over if alone else inside
             largest, whole = float(apart[name][counted].max()), float(size[name][inside].max(initial=0.0))
             when, scale = float(result.right.t_s[first]), result.scale.get(name, 0.0)

@@ -82,9 +82,14 @@ class MadeRuns:
 class OwnMotion:
     """An engine's own motion in a scene; each part is computed once."""
 
-    def __init__(self, scene: Scene, given: Trajectory, runs: OwnRuns | None, other: Trajectory | None = None) -> None:
-        """Keep the arguments; without `runs`, the given samples have to do, and an `other` run of them shows noise."""
-        self.given_scene, self.given, self.runs, self.other = scene, given, runs, other
+    def __init__(
+        self, scene: Scene, given: Trajectory, runs: OwnRuns | None, other: Trajectory | None = None, first: int = 0
+    ) -> None:
+        """Keep the arguments; without `runs`, the given samples have to do, and an `other` run of them shows noise.
+
+        Samples before the `first` are not the engine's: the scene's start, where a file has none.
+        """
+        self.given_scene, self.given, self.runs, self.other, self.first = scene, given, runs, other, first
 
     @cached_property
     def dense(self) -> tuple[Scene, Trajectory, Trajectory | None]:
@@ -98,7 +103,7 @@ class OwnMotion:
             if n >= FEWEST:
                 best, *other = (t.samples(slice(n)) for t in made)
                 return first_samples(scene, n), best, other[0] if other else None
-        return self.given_scene, self.given, self.other
+        return self.given_scene, self.given.samples(slice(self.first, None)), self.other
 
     def apart(self, quantity: str) -> float:
         """Largest difference of two runs of the engine, at its setting and at the next finer one; infinite without."""
@@ -112,7 +117,7 @@ class OwnMotion:
         every = round(float(self.given.t_s[1] - self.given.t_s[0]) / float(best.t_s[1] - best.t_s[0]))
         coarse = None if other is None else repaired(best.samples(slice(None, None, every)))
         for k, motion in enumerate(repaired(self.given)):
-            yield OwnMotion(self.given_scene, motion, None, coarse[k] if coarse else None)
+            yield OwnMotion(self.given_scene, motion, None, coarse[k] if coarse else None, self.first)
 
     @cached_property
     def residual(self) -> Residual | None:

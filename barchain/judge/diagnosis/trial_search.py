@@ -63,6 +63,8 @@ RESOLVED = 1e-8
 """Least change of a quantity by a probe, relative to its size: rounding is a millionth of it"""
 SAME = 2.0
 """Ratio of residuals below which explanations are in the order of the trials"""
+AS_RUN = 1e-10
+"""Share of the differences that a trial may leave beyond all tolerances: its runs are no better"""
 ROUNDED = 1e-11
 """Residual relative to a quantity's scale that says nothing: runs of the reference leave as much"""
 WITH_INERTIA = "-with-inertia"
@@ -122,7 +124,7 @@ class TrialSearch:
             explanation = Explanation((Mistake(trial.name, trial.words(amounts), trial.section),), fit)
             fitted = 0 if trial.nice(amounts) else len(amounts)
             if (
-                explanation.explains(without)
+                (explanation.explains(without) or fit.own_error <= AS_RUN * without)
                 and without >= (GAIN if fitted else 1.0) * fit.own_error
                 and foretells(at.digits_of(at.quantities), fitted, len(self.trials))
             ):
