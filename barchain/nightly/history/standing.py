@@ -71,7 +71,7 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     """State of a figure above its level; `known` are acceptances that have not ended.
 
     An acceptance of a step raises what the figure may be to the value of that step, if no earlier step is open; one
-    that reaches back to the open step accepts both. One of a step beside an open one raises it by that step alone. A
+    that reaches back to the open step accepts both. One of a step beside an open one raises it by that factor alone. A
     figure that becomes better afterwards may be no worse again.
     """
     allowed, before, result = row.level, row.level, row.level  # what it may be, what it was; the last that is there
@@ -121,16 +121,13 @@ def latest_of(known: Iterable[Acceptance]) -> Acceptance:
 
 
 def raised(allowed: Figure, was: Figure, now: Figure) -> Figure:
-    """What a figure may be with a step that is accepted while an earlier one is not.
+    """What an error may be with a step that is accepted while an earlier one is not: larger by the accepted factor.
 
-    Errors of two causes add at most: a step from e to e' adds at least e' - e by itself, |e + d| <= |e| + |d|, and
-    stays when the other cause is gone.
+    Of an accepted ×1.2 beside an open ×5 no more than ×1.2 may stay once the other cause is gone.
     """
-    if allowed.identity.kind is not FigureKind.ERROR or allowed.missing or was.missing or now.missing:
+    if allowed.identity.kind is not FigureKind.ERROR or not (allowed.value and was.value and now.value):
         return allowed
-    return dataclasses.replace(
-        allowed, value=(allowed.value or 0.0) + max((now.value or 0.0) - (was.value or 0.0), 0.0)
-    )
+    return dataclasses.replace(allowed, value=allowed.value * max(now.value / was.value, 1.0))
 
 
 def change_since(row: Level, was: Figure, steps: Sequence[Step], earlier: str = "") -> Change:
