@@ -28,6 +28,7 @@ from barchain.nightly.figures.figure import STEPPED, Figure, FigureKind, names_s
 from barchain.nightly.history.levels import FoldedNight, Level, LevelOf, LevelTable, Step, StepOf
 from barchain.nightly.history.renames import SCENE, carried_on
 from reports.results.comparison import COMPARISON
+from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -158,7 +159,7 @@ def advance(
         row = rows.get(identity)
         if row is None:
             if not now.not_run:
-                rows[identity] = begin(now, tonight)
+                rows[identity] = may_not_fail(begin(now, tonight))
             new += not identity.quantity.startswith(SAMPLED)
             continue
         judged += not now.not_run
@@ -192,6 +193,14 @@ def begin(now: Figure, tonight: Tonight) -> Level:
     if now.identity.kind is FigureKind.BITS and not now.missing:
         row = row._replace(seen=seen_with(row, parts_digest(tonight.night, now), now.word, name))
     return counted(row, now, tonight)
+
+
+def may_not_fail(row: Level) -> Level:
+    """State of a figure's first night: a verdict that begins with a run that failed is worse than a pass."""
+    if row.told.identity.quantity != VERDICT or row.told.word != Outcome.FAILED:
+        return row
+    passing = replace(row.told, word=str(Outcome.PASS), reason="")
+    return row._replace(level=passing, steps=(StepOf(row.present, row.present, row.told),))
 
 
 def follow(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Change | None]:

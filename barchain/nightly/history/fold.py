@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 FILE = "levels.z"
-FORMAT = 3
+FORMAT = 4
 MOST_B = 256 * 2**20
 """Largest content: 6600 figures take 6 MB"""
 QUICK = 1

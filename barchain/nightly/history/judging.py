@@ -85,7 +85,8 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
         and (figure.identity in there or not figure.identity.quantity.startswith(SAMPLED))
     ]  # fmt: skip
     later = [figure for figure in after.figures if figure.identity.kind not in STEPPED]
-    folded = advance(advance(LevelTable(), first, steady).table, last, later, occasions=1)
+    baseline = advance(LevelTable(), first, steady, late=True).table  # what it has is as it may be
+    folded = advance(baseline, last, later, occasions=1)
     renamed = {name for row in folded.table.rows.values() for name, _ in row.earlier}
     left_out = sum(figure.identity not in there | renamed for figure in before.figures)
     return JudgedNight(**vars(folded) | {"left_out": left_out}, night=last, compared_with=(first,))

@@ -19,7 +19,7 @@ from junitparser import JUnitXml
 from barchain.cli.main import cli
 from barchain.nightly.figures.figure import Figure, NightPart
 from barchain.nightly.history.acceptances import accept, accepted, holding
-from barchain.nightly.history.judging import change_named, judge
+from barchain.nightly.history.judging import change_named, changes_named, judge
 from barchain.nightly.history.news import told_by
 from barchain.nightly.history.nights import NightStore, open_store
 from reports.results.nights.document import AlarmTest, NightlyFile, NightRun, PartResult, PartState, read_nightly
@@ -353,12 +353,12 @@ def test_a_part_that_was_exchanged_is_told_also_where_nothing_changed(history: s
 
 def test_an_engine_that_never_passed_fails_where_every_verdict_has_to_pass(history: str, tmp_path: Path) -> None:
     for number in (0, 1):
-        add(history, night(verdict("failed", reason="raises"), number=number))
+        add(history, night(verdict("inconsistent", reason="wrong sign"), number=number))
     assert report(history, tmp_path / "out")[0] == 0
     assert report(history, tmp_path / "out", "--fail-on", "not-pass")[0] == 1
     found = JUnitXml.fromfile(str(tmp_path / "out" / "junit.xml"))
     assert sum(suite.failures for suite in found) == 1
-    assert "failed: raises" in next(iter(next(s for s in found if s.name == "mujoco"))).result[0].message
+    assert "inconsistent: wrong sign" in next(iter(next(s for s in found if s.name == "mujoco"))).result[0].message
 
 
 def test_a_lost_history_ends_with_3_where_one_is_required(history: str, tmp_path: Path) -> None:
@@ -517,10 +517,32 @@ def test_a_program_that_is_gone_is_the_one_suspect_of_its_loss_and_of_its_return
 
 
 def test_a_night_whose_verdict_is_no_pass_is_not_called_quiet(history: str, tmp_path: Path) -> None:
-    failed = [error(), verdict("failed", reason="ended with code 139")]
-    add(history, *(night(*failed, number=k) for k in range(3)))
+    wrong = [error(), verdict("inconsistent", reason="wrong sign")]
+    add(history, *(night(*wrong, number=k) for k in range(3)))
     code, facts = report(history, tmp_path / "out")
     assert (code, facts.state) == (0, "not passed")
+
+
+def test_an_engine_that_crashes_from_its_first_night_on_is_red_until_that_is_accepted(
+    history: str, tmp_path: Path
+) -> None:
+    for number in range(2):
+        add(history, night(verdict("failed", reason="ended with code 139"), number=number))
+        code, facts = report(history, tmp_path / "out")
+        assert (code, facts.state) == (1, "worse")
+        assert [(one.was, one.became) for one in facts.standing] == [("pass", "failed")]
+    store = open_store(history)
+    assert worse_on_each_night(store) == [1, 1]
+    accept(store, changes_named(judge(store), "*:mujoco:*"), "Ada", "no wheel of it yet", pattern="*:mujoco:*")
+    assert report(history, tmp_path / "out")[0] == 0
+    assert worse_on_each_night(store) == [0, 0]
+
+
+def test_an_engine_that_crashes_as_on_the_baseline_is_no_worse_than_it(history: str, tmp_path: Path) -> None:
+    for number in range(2):
+        add(history, night(verdict("failed", reason="ended with code 139"), number=number))
+    first, _ = open_store(history).nights()
+    assert report(history, tmp_path / "out", "--baseline", first.name)[0] == 0
 
 
 def test_a_night_is_told_in_a_few_lines_for_a_chat(history: str, tmp_path: Path) -> None:
@@ -541,7 +563,7 @@ def test_no_line_for_a_chat_is_longer_than_a_chat_shows(history: str) -> None:
     add(history, night(*long, number=0))
     for number in (1, 2):
         worse = [error(3e-5 * number, f"{'quantity' * 8}.{k}") for k in range(8)]
-        add(history, night(*worse, verdict("failed", reason="why " * 100), number=number, parts=NEWER))
+        add(history, night(*worse, verdict("inconsistent", reason="why " * 100), number=number, parts=NEWER))
     lines = CliRunner().invoke(cli, ["history", "tell", "--history", history]).output.splitlines()
     assert max(map(len, lines)) <= 200
     assert lines[0].startswith(

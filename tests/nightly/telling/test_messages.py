@@ -124,10 +124,10 @@ def test_an_open_step_beside_an_accepted_one_is_compared_with_what_it_may_be(
         accept(store, [change_named(judge(store), change.id) for change in judge(store).news
                        if change.identity.quantity == quantity], "Ada", "a fifth on purpose")  # fmt: skip
     found = report(url, tmp_path)["paper/fig05"].result[0]
-    assert "may be 2e-05 rad, is 6e-05 rad (×3) and 1 more figure since 2026-01-02" in found.message
+    assert "may be 1.2e-05 rad, is 6e-05 rad (×5) and 1 more figure since 2026-01-02" in found.message
     assert "was 2e-05" not in found.text
     (one, _) = read_nightly(tmp_path / "nightly.json").standing
-    assert one.reason.startswith("3 times what it may be with the accepted step of 2026-01-03")
+    assert one.reason.startswith("5 times what it may be with the accepted step of 2026-01-03")
     assert "what it may be with the accepted step" in (tmp_path / "nightly.html").read_text("utf-8")
 
 
@@ -152,5 +152,5 @@ def test_what_an_acceptance_leaves_open_is_printed_beside_what_it_covers(
         store.add(night(error(value), number=number))
     (step,) = judge(store).news
     ended = CliRunner().invoke(cli, ["history", "accept", step.id, "--reason", "a fifth", "--history", url])
-    assert ended.stdout.index("figure accepted; covers") < ended.stdout.index("still worse than accepted: ×3")
+    assert ended.stdout.index("figure accepted; covers") < ended.stdout.index("still worse than accepted: ×5")
     assert ended.stderr == ""
