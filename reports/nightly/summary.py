@@ -41,8 +41,9 @@ def message(facts: NightlyFile, link: str = "", before: str = "") -> str:
     """
     every, said = facts.listed, list[str]()
     for change, after in zip_longest(every[:MOST_NAMED], every[1:MOST_NAMED]):
-        suspects = ", ".join(suspect.short for suspect in change.suspects) or "no part that differs"
-        again = after is not None and after.suspects == change.suspects
+        own = dict.fromkeys(suspect.short for suspect in (*change.suspects, *change.newest))
+        suspects = ", ".join(own) or "no part that differs"
+        again = after is not None and (after.suspects, after.newest) == (change.suspects, change.newest)
         said.append(f"{change.dated(facts.night.name)}{'' if again else f' ({suspects})'}")
     if len(every) > MOST_NAMED:
         said.append(f"and {len(every) - MOST_NAMED} more")

@@ -29,6 +29,8 @@ class Standing:
     """From what the figure may be to what it is; since the first step that nobody accepted, or else the first one"""
     acceptance: Acceptance | None = None
     """What covers the state; None of a state that is worse than accepted"""
+    newest: Change | None = None
+    """Its latest step, of a state of several: another part may have made it"""
 
     @property
     def latest(self) -> str:
@@ -99,8 +101,11 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
         opened = [steps[-1]]
     if opened or covering is None:
         beside = f" with the accepted step of {' and '.join(days)}" if days else ""
-        return Standing(change_since(row, allowed, opened or steps, f"what it may be{beside}"))
-    return Standing(change_since(row, row.level, steps), covering)
+        own, was, earlier, covering = opened or steps, allowed, f"what it may be{beside}", None
+    else:
+        own, was, earlier = steps, row.level, ""
+    newest = change_since(row, was, own[-1:]) if len(own) > 1 else None
+    return Standing(change_since(row, was, own, earlier), covering, newest)
 
 
 def steps_of_now(row: Level) -> Sequence[Step]:

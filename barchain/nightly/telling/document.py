@@ -131,8 +131,10 @@ def change_entries(
         if change.identity in of_figure and not change.is_step and not change.irreproducible:
             covering = of_figure[change.identity]
         found[0].append(change_entry(change, nights, covering, confirmed.get(change.id, "")))
-    for change, covering in ((state.change, state.acceptance) for state in states if state.change.id not in new):
-        found[1].append(change_entry(change, nights, covering, confirmed.get(change.id, "")))
+    for state in (state for state in states if state.change.id not in new):
+        entry = change_entry(state.change, nights, state.acceptance, confirmed.get(state.change.id, ""))
+        newest = suspects_of(state.newest, nights) if state.newest else ()
+        found[1].append(entry.model_copy(update={"newest": tuple(suspect.entry for suspect in newest)}))
     return sorted(found[0], key=weight), sorted(found[1], key=weight)
 
 

@@ -147,13 +147,12 @@ def failure(changes: Sequence[Told]) -> Failure:
 def failure_words(change: ChangeEntry, relation: str, others: int = 0) -> str:
     """Change in one line, perhaps with the number of other figures that changed."""
     factor = f" (×{change.factor:.4g}{change.steps_words})" if change.factor else ""
-    suspects = ", ".join(f"{s.name} {s.before or '(none)'} → {s.after or '(none)'}" for s in change.suspects)
     unmeasured = f", not measured since {change.measured}" if change.measured else ""
     more = f", and {change.also} more of this run" if change.also else ""
     beside = f" and {plural(others, 'more figure')}" if others else ""
     return (
         f"{change.figure}: {relation} {change.was}, is {change.became}{factor}{beside} since {change.since}"
-        f"{unmeasured}{more}; suspects: {suspects or 'none known'}"
+        f"{unmeasured}{more}; suspects: {change.suspect_words}"
     )
 
 

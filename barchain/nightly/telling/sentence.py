@@ -80,10 +80,13 @@ def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) 
     """What is worse than accepted, by how much, since when and by what; empty if nothing is."""
     if not standing:
         return ""
-    groups: dict[tuple[str, str], list[ChangeEntry]] = {}
+    groups: dict[tuple[str, str, str], list[ChangeEntry]] = {}
     for change in standing:
-        names = [f"{one.short} {one.after}".strip() for one in change.suspects[:MOST_SUSPECTS]]
-        groups.setdefault((change.since[:10], ", ".join(names)), []).append(change)
+        names, newest = (
+            ", ".join(f"{one.short} {one.after}".strip() for one in own[:MOST_SUSPECTS])
+            for own in (change.suspects, change.newest)
+        )
+        groups.setdefault((change.since[:10], names, newest), []).append(change)
     count = figures(standing)
     unseen = figures([change for change in standing if change.measured])
     which = "not" if count == unseen == 1 else "none of them" if count == unseen else f"{amount(unseen)} of them not"
@@ -103,14 +106,17 @@ def by_words(worse: Sequence[ChangeEntry]) -> str:
     return f" by {'up to ' if figures(worse) > 1 else ''}{ratio_words(largest)}" if largest > 1.0 else ""
 
 
-def group_words(day: str, names: str, worse: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
-    """``since 3 November (program:mine mine 1.1)``; of several steps: ``(first mine 1.1; two steps, ×1.3 tonight)``."""
+def group_words(day: str, names: str, newest: str, worse: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
+    """``since 3 November (program:mine mine 1.1)``.
+
+    Of several steps: ``(first mine 1.1; two steps, the latest with mine 1.2, ×1.3 tonight)``.
+    """
     date = datetime.date.fromisoformat(day)
     year = f" {date.year}" if date.year != tonight.year else ""
     steps, fresh = max(change.steps for change in worse), max(change.fresh or 0.0 for change in worse)
     if steps > 1:
         up_to = "up to " if len({change.steps for change in worse}) > 1 else ""
-        last = f", {ratio_words(fresh)} tonight" if fresh else ""
+        last = f"{f', the latest with {newest}' if newest else ''}{f', {ratio_words(fresh)} tonight' if fresh else ''}"
         names = "; ".join(filter(None, [f"first {names}" if names else "", f"{up_to}{amount(steps)} steps{last}"]))
     return f"since {date.day} {date:%B}{year}{f' ({names})' if names else ''}"
 

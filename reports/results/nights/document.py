@@ -49,6 +49,11 @@ class SuspectEntry(Entry):
         """Name in a sentence: of a program without the files that count."""
         return self.name.partition(" (")[0]
 
+    @property
+    def words(self) -> str:
+        """Part with what it was and is."""
+        return f"{self.name} {self.before or '(none)'} → {self.after or '(none)'}"
+
 
 class AcceptanceEntry(Entry):
     """Acceptance of a change."""
@@ -98,6 +103,7 @@ class ChangeEntry(Entry):
     reason: str
     irreproducible: bool = Field(description="whether equal parts on an equal machine gave other bits")
     suspects: tuple[SuspectEntry, ...] = Field(description="parts that differ and that the figure depends on")
+    newest: tuple[SuspectEntry, ...] = Field((), description="suspects of the latest step, of several steps")
     unknown: tuple[str, ...] = Field((), description="parts of which it is not known whether they differ")
     confirmed: str = Field("", description="result of an attribution by real runs; empty without one")
     accepted: AcceptanceEntry | None = None
@@ -149,9 +155,10 @@ class ChangeEntry(Entry):
 
     @property
     def suspect_words(self) -> str:
-        """Suspects with what they were and are."""
-        if self.suspects:
-            return ", ".join(f"{s.name} {s.before or '(none)'} → {s.after or '(none)'}" for s in self.suspects)
+        """Suspects with what they were and are; of several steps those of the first one and of the latest one."""
+        if self.suspects or self.newest:
+            first, newest = (", ".join(suspect.words for suspect in own) for own in (self.suspects, self.newest))
+            return "; ".join(filter(None, [first, f"latest step: {newest}" if newest else ""]))
         if self.unknown:
             return f"no known one; of unknown state: {', '.join(self.unknown)}"
         return "none: all parts that the figure depends on are the same"

@@ -545,6 +545,17 @@ def test_an_engine_that_crashes_as_on_the_baseline_is_no_worse_than_it(history: 
     assert report(history, tmp_path / "out", "--baseline", first.name)[0] == 0
 
 
+def test_the_part_behind_the_latest_step_is_told_on_quiet_nights_too(history: str, tmp_path: Path) -> None:
+    newer_still = (NightPart("engine:mujoco", "5.0.0", "ff"), *NEWER[1:])
+    states = ((1.0, PARTS), (5.0, NEWER), (6.0, newer_still), (6.0, newer_still))
+    add(history, *(night(error(1e-5 * f), number=k, parts=parts) for k, (f, parts) in enumerate(states)))
+    _, facts = report(history, tmp_path / "out")
+    assert "(first engine:mujoco 4.0.0; two steps, the latest with engine:mujoco 5.0.0)" in facts.sentence
+    both = "engine:mujoco 3.3.0 → 4.0.0; latest step: engine:mujoco 4.0.0 → 5.0.0"
+    for name in ("nightly.html", "summary.md", "junit.xml"):
+        assert both in (tmp_path / "out" / name).read_text("utf-8").replace("<wbr>", "")
+
+
 def test_a_night_is_told_in_a_few_lines_for_a_chat(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1), usual(2.0, number=2, parts=NEWER))
     words = ["history", "tell", "--link", "https://example.org/nightly.html", "--history", history]
