@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import json
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from barchain.cli.nightly.documents import report_night, results_site, tell_nigh
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from barchain.nightly.figures.figure import Figure, FigureIdentity, Night, NightSummary
 
@@ -98,15 +99,25 @@ def show(night: str, url: str | None, as_json: bool) -> None:
 @history_option
 @json_option
 def series(figure: str, url: str | None, as_json: bool) -> None:
-    """Show FIGURE over the nights: scene:engine:setting:quantity, in which * stands for any text."""
+    """Show FIGURE over the nights: scene:engine:setting:quantity, in which * stands for any text.
+
+    A night without the figure, since the first that had it, has the reason.
+    """
     store = opened(url)
-    found = store.series(figure)
+    known, nights = store.series(figure), store.nights()
+    gaps = {night.name: f"not measured; the night is {night.state}" for night in nights}
+    gaps |= {name: f"left out: {reason}" for name, reason in store.left_out().items()}
+    found = {identity: with_gaps(identity, own, gaps) for identity, own in known.items()}
     if as_json:
-        print_json([series_values(*each) for each in found.items()])
+        starts = {night.name: night.started.isoformat() for night in nights}
+        print_json([series_values(*each, starts) for each in found.items()])
         return
     for identity, own in found.items():
         say(identity.name)
-        rows = [(night.name, *figure_row(figure)[2:]) for night, figure in own]
+        rows = []
+        for _, some in groupby(own, lambda one: one[1].reason if one[1].missing else one[0]):  # a gap is one row
+            (night, shown), *others = some
+            rows.append((f"{1 + len(others)} from {night}" if others else night, *figure_row(shown)[2:]))
         show_rows(("night", *FIGURE_HEADINGS[2:]), rows, right=("result",))
 
 
@@ -194,12 +205,25 @@ def night_values(night: Night | NightSummary) -> dict[str, Any]:
     return values | {"machine_class": night.environment.machine_class}
 
 
-def series_values(identity: FigureIdentity, found: Sequence[tuple[NightSummary, Figure]]) -> dict[str, Any]:
-    """Figure over the nights, as JSON holds it."""
-    figures = [
-        dataclasses.asdict(figure) | {"night": night.name, "started": night.started.isoformat()}
-        for night, figure in found
-    ]
+def with_gaps(
+    identity: FigureIdentity, own: Sequence[tuple[NightSummary, Figure]], gaps: Mapping[str, str]
+) -> list[tuple[str, Figure]]:
+    """Figure on all nights since its first one, by their names: missing on the others, with the reasons in `gaps`."""
+    from barchain.nightly.figures.figure import Figure  # noqa: PLC0415
+
+    there = {night.name: figure for night, figure in own}
+    since = own[0][0].name
+    return [
+        (night, there.get(night) or Figure(identity, reason=reason))
+        for night, reason in sorted(gaps.items()) if night >= since
+    ]  # fmt: skip
+
+
+def series_values(
+    identity: FigureIdentity, found: Sequence[tuple[str, Figure]], starts: Mapping[str, str]
+) -> dict[str, Any]:
+    """Figure over the nights, as JSON holds it; the start of a night that is left out is not known."""
+    figures = [dataclasses.asdict(figure) | {"night": night, "started": starts.get(night)} for night, figure in found]
     for figure in figures:
         figure.pop("identity")
     return dataclasses.asdict(identity) | {"name": identity.name, "figures": figures}

@@ -55,6 +55,22 @@ def test_nights_are_listed_shown_and_followed(filled: Path, capsys: pytest.Captu
     assert "1e-05" in printed(capsys, "series", error().identity.name)
 
 
+def test_a_series_has_a_row_with_the_reason_for_nights_without_the_figure(
+    filled: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = open_store(str(filled))
+    for k in (3, 4):
+        store.add(night(verdict(), number=k, complete=False))
+    store.add(night(error(), number=5))
+    damaged = filled / store.nights()[1].name / "figures.parquet"
+    damaged.write_bytes(b"x" * damaged.stat().st_size)
+    text = " ".join(printed(capsys, "series", error().identity.name).split())
+    assert f"{damaged.parent.name} missing rad left out: it is damaged" in text
+    assert f"2 from {store.nights()[3].name} missing rad not measured; the night is incomplete" in text
+    (found,) = json.loads(printed(capsys, "series", error().identity.name, "--json"))
+    assert [one["value"] is None for one in found["figures"]] == [False, True, False, True, True, False]
+
+
 def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "all.parquet"
     assert printed(capsys, "export", "--parquet", str(path)) == f"{path}: 9 figures\n"
