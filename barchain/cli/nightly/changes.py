@@ -136,16 +136,20 @@ def left_open(store: NightStore, judged: JudgedNight, names: Collection[str]) ->
 @history_option
 @json_option
 def accepted_changes(url: str | None, as_json: bool) -> None:
-    """List what is accepted, as it stands in the file accepted.toml of the history."""
-    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
+    """List what is accepted, as it stands in the file accepted.toml of the history; what has lapsed comes last.
+
+    An entry has lapsed if its date has passed, or if what it accepts is back at its level.
+    """
+    from barchain.nightly.history import acceptances, judging, standing  # noqa: PLC0415
 
     store = opened(url)
-    known = accepted(store)
+    known = acceptances.accepted(store)
+    holding = standing.in_force(judging.latest_judged(store), known, datetime.datetime.now(datetime.UTC))
     if as_json:
-        say(json.dumps([asdict(one) for one in known], indent=2, default=str))
+        say(json.dumps([asdict(one) | {"lapsed": one not in holding} for one in known], indent=2, default=str))
         return
-    for one in known:
-        say(one.words)
+    for one in sorted(known, key=lambda one: one not in holding):
+        say(one.words if one in holding else f"lapsed: {one.words}")
     if not known:
         say("nothing is accepted")
 

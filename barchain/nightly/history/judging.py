@@ -61,6 +61,12 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
     )  # fmt: skip
 
 
+def latest_judged(store: NightStore) -> list[JudgedNight]:
+    """The last night of each machine class, judged."""
+    last = {night.environment.machine_class: night.name for night in store.nights() if night.void is None}
+    return [judge(store, name) for name in last.values()]
+
+
 def judge_pair(before: Night, after: Night) -> JudgedNight:
     """Judge a night against one other.
 

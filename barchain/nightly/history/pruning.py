@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from barchain.nightly.figures.changes import Direction
 from barchain.nightly.figures.rank_test import FEWEST_NEW, FEWEST_OLD
 from barchain.nightly.history.fold import FILE
-from barchain.nightly.history.judging import judge
+from barchain.nightly.history.judging import latest_judged
 from barchain.nightly.history.news import told_by
 from barchain.nightly.history.nights import latest_first
 
@@ -60,9 +60,9 @@ def needed_nights(store: NightStore) -> frozenset[str]:
     The last night keeps the levels of all figures; the nights of steps have the suspects. Accepted ones are among them,
     as an acceptance names the night of its step.
     """
-    last = {night.environment.machine_class: night.name for night in store.nights() if night.void is None}
-    needed = set(last.values())
-    for judged in (judge(store, night) for night in last.values()):
+    latest = latest_judged(store)
+    needed = {judged.night.name for judged in latest}
+    for judged in latest:
         needed |= {night for row in judged.above.values() for step in row.steps for night in (step.last, step.night)}
         names = list(judged.by_name)
         for change in judged.stepped:

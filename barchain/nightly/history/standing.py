@@ -57,6 +57,24 @@ def standing(
     return sorted([*found, *slower], key=lambda state: (state.change.since, state.change.identity))
 
 
+def in_force(latest: Sequence[JudgedNight], known: Iterable[Acceptance], at: datetime.datetime) -> list[Acceptance]:
+    """Acceptances that cover a step at an instant: their date has not passed, and no figure came back to its level.
+
+    Parameters
+    ----------
+    latest : sequence of JudgedNight
+        The last night of each machine class.
+    known : iterable of Acceptance
+    at : datetime
+    """
+    steps = [
+        (step.night, tuple(name.name for name in names_since(step.night, row.told.identity, row.earlier)))
+        for judged in latest for row in judged.above.values() for step in row.steps
+    ]  # fmt: skip
+    steps += [(change.since, change.names) for judged in latest for change in (*judged.news, *judged.stepped)]
+    return [one for one in holding(known, at) if any(one.reaches(night, night, names) for night, names in steps)]
+
+
 def still_holding(judged: JudgedNight) -> list[Change]:
     """States that are worse than they were on earlier nights, whether accepted or not."""
     tonight = {change.id for change in judged.tonight}

@@ -6,6 +6,7 @@ import datetime
 import json
 import re
 import tomllib
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -15,7 +16,7 @@ from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.changes import Direction
 from barchain.nightly.figures.figure import FigureError
 from barchain.nightly.figures.storage import VARIABLE
-from barchain.nightly.history.acceptances import FILE, accept, acceptances_of, accepted, accepting
+from barchain.nightly.history.acceptances import FILE, accept, acceptances_of, accepted, accepting, write_accepted
 from barchain.nightly.history.judging import change_named, changes_named, judge
 from barchain.nightly.history.nights import NightStore, open_store
 from barchain.nightly.history.standing import every_change
@@ -186,6 +187,22 @@ def test_an_acceptance_is_listed_and_taken_back(filled: Path, capsys: pytest.Cap
     assert capsys.readouterr().out.splitlines()[1:] == ["nothing is accepted"]
     assert run(["history", "withdraw", name]) == 2
     assert "nothing is accepted for it" in capsys.readouterr().err
+
+
+def test_entries_that_have_lapsed_are_listed_as_such_after_the_others(
+    filled: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = open_store(str(filled))
+    (change,) = judge(store).tonight
+    (ended,) = accept(store, [change], "Ada", "ended")
+    write_accepted(store, [replace(ended, until=ended.date), replace(ended, pattern="*", until=None, reason="holds")])
+    assert run(["history", "accepted"]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert first.endswith(": holds")
+    assert second.startswith(f"lapsed: {change.identity.name}")
+    store.add(night(error(1e-5), verdict(), number=3))  # back at its level
+    assert run(["history", "accepted", "--json"]) == 0
+    assert [one["lapsed"] for one in json.loads(capsys.readouterr().out)] == [True, True]
 
 
 def test_an_entry_that_somebody_wrote_by_hand_is_read_and_a_wrong_key_is_one_line(store: NightStore) -> None:
