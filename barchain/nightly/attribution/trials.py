@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adapters.registry import engines, find_engine
+from adapters.registry import built_in, engines, find_engine
 from barchain.nightly.attribution.environments import (
     commit_tree,
     installed_tree,
@@ -20,6 +20,7 @@ from barchain.nightly.figures.changes import OTHER_STUDIES, RULES, Direction, co
 from barchain.nightly.figures.dependencies import SOURCES, installed_parts
 from barchain.nightly.figures.figure import STEPPED, Figure, FigureIdentity, FigureKind
 from barchain.nightly.figures.origins import can_be_installed, requirement_of
+from barchain.nightly.figures.table import PROGRAM
 from barchain.studies.study import ignore
 from scenarios import load_scene, scene_names
 
@@ -138,6 +139,10 @@ class Cells:
         """
         self.identity, self.last, self.since, self.swaps, self.scenes = was.identity, last, since, swaps, scenes
         self.depends = sorted({*was.depends, *now.depends})
+        programs = {name[len(PROGRAM) :].partition(" (")[0] for name in self.depends if name.startswith(PROGRAM)}
+        if outside := sorted(programs - built_in().keys()):
+            said = f"is of the program {', '.join(outside)}, which no fresh environment has, so that it can't be tried"
+            raise CellError(f"{self.identity.name}: {said}")
         self.scratch, self.trees, self.note = scratch, dict[str, Path](), note
         self.repeats = REPEATS if self.identity.kind in STEPPED else 1
         self.measured: dict[tuple[Any, ...], Mapping[FigureIdentity, Figure] | str] = {}

@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING
 
-from barchain.nightly.attribution.attribute import reasons_against, worth_attributing
+import pytest
+
+from barchain.nightly.attribution.attribute import attribute, reasons_against, worth_attributing
+from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.figure import NightPart
 from barchain.nightly.history.judging import judge
 from barchain.nightly.history.nights import open_store
@@ -53,3 +56,23 @@ def test_a_change_whose_earlier_night_has_been_removed_says_so(tmp_path: Path) -
     assert worth_attributing(found, 10) == []
     (reason,) = reasons_against(found)
     assert reason.endswith("the night with the earlier value has been removed")
+
+
+def test_a_figure_of_a_program_is_refused_before_anything_is_made(tmp_path: Path) -> None:
+    store, program = (
+        open_store(str(tmp_path / "history"), create=True),
+        NightPart("program:mine (its entry)", "1", "aa"),
+    )
+    newer = dataclasses.replace(PARTS[3], digest="edited")
+    for number, (factor, judge_part) in enumerate(((1.0, PARTS[3]), (1.0, PARTS[3]), (2.0, newer))):
+        parts = (*PARTS[:3], judge_part, program)
+        figure = error(1e-5 * factor, depends=("judge", program.name))
+        store.add(night(figure, number=number, parts=parts))
+    found = judge(store, "latest")
+    assert worth_attributing(found, 10) == []
+    (reason,) = reasons_against(found)
+    assert "is of the program mine" in reason
+    noted: list[str] = []
+    with pytest.raises(HistoryError, match="is of the program mine"):
+        attribute(store, found, found.tonight, note=noted.append)
+    assert noted == []
