@@ -78,10 +78,7 @@ def report_night(
     name = store.summary(night).name
     folder = out or (store.place.local or NIGHTS) / name
     facts = write_documents(store, name, folder, junit, baseline, fail_on, need_history=need_history)
-    if out is None and name == store.summary("latest").name:
-        publish(folder, folder.parent)
-        folder = folder.parent
-    show_night(facts, folder / PAGE)
+    show_night(facts, (folder if out else publish(store, name, folder)) / PAGE)
     end_night(facts, fail_on, need_history=need_history)
 
 
@@ -167,14 +164,22 @@ def show_some(lines: Sequence[str], what: str) -> None:
         say(f"  {len(lines) - MOST_SHOWN} more: {what}")
 
 
-def publish(folder: Path, out: Path) -> None:
-    """Copy the documents of a night beside the folders of all nights, where they stand for the latest one."""
+def publish(store: NightStore, name: str, folder: Path) -> Path:
+    """Copy the documents of the newest night beside the folders of all nights, and return where they are.
+
+    Those of a night that is added after a newer one stay in its folder. A start later than now is that of a wrong clock.
+    """
     from reports.results.writing import write_atomically  # noqa: PLC0415
 
-    for name in DOCUMENTS:
-        if (folder / name).is_file():
-            content = (folder / name).read_bytes()  # pages of other nights lie beside the folder
-            write_atomically(out / name, content.replace(b'href="../', b'href="') if name == PAGE else content)
+    started, now = store.summary(name).started, datetime.datetime.now(datetime.UTC)
+    if any(started < night.started <= now for night in store.nights()):
+        return folder
+    for document in DOCUMENTS:
+        if (folder / document).is_file():
+            content = (folder / document).read_bytes()  # pages of other nights lie beside the folder
+            shown = content.replace(b'href="../', b'href="') if document == PAGE else content
+            write_atomically(folder.parent / document, shown)
+    return folder.parent
 
 
 def write_documents(

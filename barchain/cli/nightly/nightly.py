@@ -119,9 +119,9 @@ def run_and_tell(
         ended = run_night(plan, minutes, store, out, progress, time.monotonic() - begun)
     with kept_without_documents(ended.name):
         facts = write_documents(store, ended.name, ended.folder, junit, baseline, fail_on, need_history=need_history)
-        publish(ended.folder, out)
+        place = publish(store, ended.name, ended.folder)
     prune_runs(store, out)
-    show_night(facts, out / PAGE)
+    show_night(facts, place / PAGE)
     end_night(facts, fail_on, need_history=need_history)
 
 
