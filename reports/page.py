@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup
 
 from reports.plotting.palette import variables
+from reports.results.nights.document import PAGE, STATE
 from reports.results.reading import DamagedResultsError, brief, damaged
 from reports.results.schema import SchemaVersionError
 from reports.text.numerals import (
@@ -97,9 +98,14 @@ def paragraphs(name: str, **shown: Any) -> list[str]:
     return [" ".join(re.split("[ \n]+", part.strip(" \n"))) for part in parts if part.strip(" \n")]
 
 
-def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Names of the parts around a page's subject: colours of both themes, and the environment of the run."""
+def surroundings(record: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
+    """Names of the parts around a page's subject: colours of both themes, and the environment of the run.
+
+    A page of a result folder leads back to that of the night which the folder is a part of.
+    """
+    of_night = folder is not None and (folder.parent / STATE).is_file()
     return {
+        "night": f"../{PAGE}" if of_night else "",
         "light": Markup(variables(0)),
         "dark": Markup(variables(1)),
         "created": str(record.get("created") or ""),

@@ -89,7 +89,7 @@ def check_others(name: str, folder: Path) -> None:
 def write_page(folder: Path, chapter: StudyFiles, view: Any) -> Path:
     """Write a study's own page, ``<study>.html``, and return it."""
     page, template = folder / chapter.pages[0], templates().get_template("study_page.html.j2")
-    shown = {"chapter": chapter, chapter.study: view, "glossary": Glossary()} | surroundings(view.record)
+    shown = {"chapter": chapter, chapter.study: view, "glossary": Glossary()} | surroundings(view.record, folder)
     write_atomically(page, fitting(chapter.record_path(folder), lambda: template.render(shown)))
     return page
 

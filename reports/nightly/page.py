@@ -13,7 +13,7 @@ from reports.nightly.charts import small_chart
 from reports.nightly.summary import by_cause, seconds_words
 from reports.page import templates
 from reports.plotting.palette import variables
-from reports.results.nights.document import NOT_TRIED
+from reports.results.nights.document import NOT_TRIED, PAGE
 from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from reports.results.nights.document import NightlyFile
     from reports.results.nights.trends import CalendarNight, TrendChart
 
-PAGE = "nightly.html"
 TEMPLATE = "nightly/page.html.j2"
 
 

@@ -167,7 +167,7 @@ def show_some(lines: Sequence[str], what: str) -> None:
 def publish(store: NightStore, name: str, folder: Path) -> Path:
     """Copy the documents of the newest night beside the folders of all nights, and return where they are.
 
-    Those of a night that is added after a newer one stay in its folder. A start later than now is that of a wrong clock.
+    Those of a night that ends after a newer one stay in its folder. A start later than now is that of a wrong clock.
     """
     from reports.results.writing import write_atomically  # noqa: PLC0415
 

@@ -11,7 +11,7 @@ from barchain.nightly.figures.dependencies import Installation  # noqa: TC001  #
 from barchain.nightly.figures.results import night_here, read_figures_of
 from barchain.nightly.running.jobs import NightJob, beside
 from barchain.studies.selftest.faults.catalogue import CONTROLS
-from reports.results.nights.document import AlarmTest, NightRun, PartResult, PartState
+from reports.results.nights.document import STATE, AlarmTest, NightRun, PartResult, PartState
 from reports.results.reading import DamagedResultsError, form_of, formed
 from reports.results.schema import SchemaVersionError
 from reports.results.selftest import FILES, FaultOutcome
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from barchain.nightly.history.nights import NightStore
 
 
-FILE = "night.json"
-SET_ASIDE = "night.json.damaged"
+SET_ASIDE = f"{STATE}.damaged"
 LONGEST_PAUSE = datetime.timedelta(hours=20)
 """An interrupted night goes on within this time; later a new one begins"""
 NOT_PLANTED = {str(FaultOutcome.NOTHING), str(FaultOutcome.INVISIBLE)}
@@ -76,7 +75,7 @@ class NightState:
 
 def write_state(folder: Path, state: NightState) -> None:
     """Write the state whole."""
-    write_atomically(folder / FILE, form_of(NightState).dump_json(state, indent=1))
+    write_atomically(folder / STATE, form_of(NightState).dump_json(state, indent=1))
 
 
 def read_state(folder: Path) -> NightState | None:
@@ -88,7 +87,7 @@ def read_state(folder: Path) -> NightState | None:
         If it can't be read.
     """
     try:
-        return formed(NightState, (folder / FILE).read_bytes())
+        return formed(NightState, (folder / STATE).read_bytes())
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -107,8 +106,8 @@ def unfinished(out: Path, note: Callable[[str], None]) -> Iterator[tuple[Path, N
             state = read_state(folder)
         except DamagedStateError as error:
             remedy = "results of its parts stay there, and `barchain history add DIR` adds them"
-            note(f"{folder / FILE}: is damaged ({error}); {remedy}")
-            (folder / FILE).replace(folder / SET_ASIDE)
+            note(f"{folder / STATE}: is damaged ({error}); {remedy}")
+            (folder / STATE).replace(folder / SET_ASIDE)
             continue
         if state is not None and not state.finished:
             yield folder, state

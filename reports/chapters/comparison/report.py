@@ -127,7 +127,7 @@ def orbits_of(data: SceneData) -> list[Panel]:
 def context(results: StudyTables, summary: Summary) -> dict[str, Any]:
     """Names that both templates see."""
     record = results.record
-    return surroundings(record) | {
+    return surroundings(record, results.folder) | {
         "summary": summary,
         "verdict": summary_verdict(summary),
         "judges": Counter(words for scene in summary.scenes if (words := judged_by(scene))),

@@ -20,8 +20,9 @@ from barchain.nightly.history.nights import NightStore, last_run, open_store
 from barchain.nightly.running import night as running
 from barchain.nightly.running.night import run_night
 from barchain.nightly.running.plan import load_plan
-from barchain.nightly.running.state import FILE, SET_ASIDE, DamagedStateError, read_state
+from barchain.nightly.running.state import SET_ASIDE, DamagedStateError, read_state
 from barchain.runs.processes import Finished
+from reports.results.nights.document import STATE
 from tests.nightly.history.synthetic import error, night
 
 if TYPE_CHECKING:
@@ -153,13 +154,13 @@ def test_the_installation_of_the_start_stands_in_the_state_file(killed: Path) ->
 def test_a_damaged_state_is_told_once_and_the_results_beside_it_stay(
     plan: NightPlan, tmp_path: Path, killed: Path, content: str
 ) -> None:
-    (killed / FILE).write_text(content, "utf-8")
+    (killed / STATE).write_text(content, "utf-8")
     with pytest.raises(DamagedStateError):
         read_state(killed)
     notes: list[str] = []
     one_night(plan, tmp_path, notes)
     (note,) = [each for each in notes if "damaged" in each]
-    assert str(killed / FILE) in note
+    assert str(killed / STATE) in note
     assert "\n" not in note
     assert (killed / SET_ASIDE).read_text("utf-8") == content
     again: list[str] = []

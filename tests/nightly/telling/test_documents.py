@@ -17,13 +17,17 @@ from click.testing import CliRunner
 from junitparser import JUnitXml
 
 from barchain.cli.main import cli
+from barchain.cli.nightly.documents import publish
 from barchain.nightly.figures.figure import Figure, NightPart
 from barchain.nightly.history.acceptances import accept, accepted, holding
 from barchain.nightly.history.judging import change_named, changes_named, judge
 from barchain.nightly.history.news import told_by
 from barchain.nightly.history.nights import NightStore, open_store
-from reports.results.nights.document import AlarmTest, NightlyFile, NightRun, PartResult, PartState, read_nightly
+from reports.render import render
+from reports.results.comparison import FILES
+from reports.results.nights.document import STATE, AlarmTest, NightlyFile, NightRun, PartResult, PartState, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
+from tests.support.results import write_results
 
 NOW = datetime.datetime.now(datetime.UTC)
 SCHEMA = Path(__file__).with_name("junit-10.xsd")
@@ -643,3 +647,22 @@ def test_the_page_of_a_night_links_the_pages_of_its_parts_and_of_other_nights(hi
     (tmp_path / "nights" / first / "nightly.html").rename(Path(history) / first / "nightly.html")
     report(history, results)
     assert f'href="../../history/{first}/nightly.html"' in (results / "nightly.html").read_text("utf-8")
+
+
+def test_the_page_of_a_part_leads_back_to_the_page_of_its_night(tmp_path: Path) -> None:
+    rows = [{"scene": "basics/a", "engine": "exudyn", "metric": "verdict", "outcome": "failed", "quantity": "run"}]
+    record = {"complete": True, "scenes": {"basics/a": {}}, "engines": {"exudyn": {}}}
+    folder = write_results(tmp_path / "night" / "core", FILES, {"metrics": rows}, record)
+    assert "nightly.html" not in render(folder)[0].read_text("utf-8")
+    (tmp_path / "night" / STATE).touch()
+    assert 'href="../nightly.html"' in render(folder)[0].read_text("utf-8")
+
+
+def test_a_night_that_ends_after_a_newer_one_leaves_the_newest_in_front(history: str, tmp_path: Path) -> None:
+    out = tmp_path / "nights"
+    for number in (0, 2, 1):
+        one = usual(number=number)
+        add(history, one)
+        report(history, out / one.name, one.name)
+        assert publish(open_store(history), one.name, out / one.name) == (out / one.name if number == 1 else out)
+    assert read_nightly(out / "nightly.json").night.started.day == 3
