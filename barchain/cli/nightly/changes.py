@@ -63,15 +63,19 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
               help="Let the change come back on this date (UTC); default: when the figure is worse again.")  # fmt: skip
 @click.option("--night", metavar="NIGHT", default="latest", type=WORDS,
               help="Take the change as it stands on this night; default: the latest.")  # fmt: skip
+@click.option("--step", metavar="NIGHT", type=WORDS,
+              help="Accept only what this night changed; default: all steps that lead to what a figure is.")  # fmt: skip
 @history_option
 def accept_change(
-    names: tuple[str, ...], reason: str, until: datetime.datetime | None, night: str, url: str | None
-) -> None:
+    names: tuple[str, ...], reason: str, until: datetime.datetime | None, night: str, step: str | None,
+    url: str | None,
+) -> None:  # fmt: skip
     """Accept each CHANGE on purpose: an id of `barchain history changes`, or the name of a figure.
 
     An id accepts the step of its night alone; a name accepts what the figure is, with all steps since it was as it may
-    be. In a name * stands for any text: '*:exudyn:*' accepts all figures of an engine, with one entry for each night
-    since which they are worse. Entries stand in the file accepted.toml of the history.
+    be; with --step, only the step of that night. In a name * stands for any text: '*:exudyn:*' accepts all figures of
+    an engine, with one entry for each night since which they are worse. Entries stand in the file accepted.toml of the
+    history.
     """
     from barchain.nightly.figures import suspects  # noqa: PLC0415
     from barchain.nightly.history import acceptances, judging, news  # noqa: PLC0415
@@ -79,10 +83,12 @@ def accept_change(
 
     end, now = None if until is None else until.replace(tzinfo=datetime.UTC), datetime.datetime.now(datetime.UTC)
     store = opened(url)
-    judged = judging.judge(store, night)
+    judged = judging.judge(store, step or night)
     news.keep_judgement(store, judged)  # a step keeps the name under which it is accepted
     known = acceptances.accepted(store)
-    every = {name: judging.changes_named(judged, name) for name in names}  # a wrong name accepts nothing
+    every = {
+        name: judging.changes_named(judged, name, alone=step is not None) for name in names
+    }  # a wrong name accepts nothing
     chosen = [change for own in every.values() for change in own]
     acceptances.acceptances_of(chosen, user(), now, reason, end)  # all, or none
     nights = judged.by_name
@@ -100,7 +106,7 @@ def accept_change(
         for words, one in earlier.items()
     ]
     show_some(lines, "earlier acceptances of these figures")
-    left_open(store, judged, {change.identity.name for change in chosen})
+    left_open(store, judging.judge(store, night), {change.identity.name for change in chosen})
     if left := judging.irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible")
 

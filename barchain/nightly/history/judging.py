@@ -115,18 +115,19 @@ def change_named(judged: JudgedNight, name: str) -> Change:
     return known[name]
 
 
-def changes_named(judged: JudgedNight, name: str) -> list[Change]:
+def changes_named(judged: JudgedNight, name: str, *, alone: bool = False) -> list[Change]:
     """Change of an id, or the state of each figure of a name, or that fits a pattern with ``*``.
 
     A pattern takes what is worse, and what changed tonight: what became better earlier needs no acceptance. The id of a
-    change takes that change alone, a name or a pattern all steps that lead to what the figure is.
+    change takes that change alone, a name or a pattern all steps that lead to what the figure is; `alone` leaves them
+    the changes of this night.
 
     Raises
     ------
     HistoryError
         If there is none.
     """
-    every = acceptable(judged)
+    every = [change for change in judged.tonight if not change.irreproducible] if alone else acceptable(judged)
     named = [change for change in every if change.identity.name == name]
     if named or "*" not in name:
         return named or event_of(change_named(judged, name), every)

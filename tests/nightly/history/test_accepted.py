@@ -175,6 +175,23 @@ def test_one_entry_accepts_all_that_fits_a_pattern_and_ends_for_each_figure_that
     assert [c.identity.quantity for c in worse_and_not_accepted(judge(store), accepted(store), AT)] == ["b.max"]
 
 
+def test_a_pattern_accepts_the_step_of_one_night_alone(
+    store: NightStore, url: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number, factor in enumerate((1, 5, 6, 12)):
+        store.add(night(error(factor * 1e-5), error(factor * 2e-5, "rate.max"), number=number))
+    step = store.nights()[2].name
+    words = ["history", "accept", "*:mujoco:*", "--step", step, "--reason", "a fifth on purpose", "--history", url]
+    assert run(words) == 0
+    said = capsys.readouterr().out
+    assert "covers up to ×1.2 in one step since 2026-01-03" in said
+    assert said.count("still worse than accepted: ×10 since 2026-01-02") == 2
+    (entry,) = accepted(store)
+    assert (entry.pattern, entry.first, entry.since) == ("*:mujoco:*", "", step)
+    assert run([*words[:3], "--step", store.nights()[0].name, *words[5:]]) == 2
+    assert "fits none of 0 changed figures up to 2026-01-01" in capsys.readouterr().err
+
+
 def test_an_acceptance_is_listed_and_taken_back(filled: Path, capsys: pytest.CaptureFixture[str]) -> None:
     name = error().identity.name
     assert run(["history", "accept", name, "--reason", "a looser tolerance"]) == 0
