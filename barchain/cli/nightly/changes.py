@@ -64,7 +64,7 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 @click.option("--night", metavar="NIGHT", default="latest", type=WORDS,
               help="Take the change as it stands on this night; default: the latest.")  # fmt: skip
 @click.option("--step", metavar="NIGHT", type=WORDS,
-              help="Accept only what this night changed; default: all steps that lead to what a figure is.")  # fmt: skip
+              help="Accept only what this night changed; default: all steps up to what a figure is.")  # fmt: skip
 @history_option
 def accept_change(
     names: tuple[str, ...], reason: str, until: datetime.datetime | None, night: str, step: str | None,
