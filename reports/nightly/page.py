@@ -6,13 +6,10 @@ from collections import defaultdict
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup
-
 from reports.nightly.calendar import STATES, year_blocks
 from reports.nightly.charts import small_chart
 from reports.nightly.summary import by_cause, seconds_words
-from reports.page import templates
-from reports.plotting.palette import variables
+from reports.page import surroundings, templates
 from reports.results.nights.document import NOT_TRIED, PAGE
 from reports.results.writing import write_atomically
 
@@ -63,7 +60,6 @@ def write_page(
         states=STATES,
         nights=len(nights),
         seconds=seconds_words,
-        light=Markup(variables(0)),
-        dark=Markup(variables(1)),
+        **surroundings({"environment": facts.night.environment, "packages": facts.night.packages}),
     )  # fmt: skip
     write_atomically(folder / PAGE, text)

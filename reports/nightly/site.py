@@ -66,7 +66,6 @@ def write_site(
     rows = csv.writer(sink, lineterminator="\n")
     rows.writerows([HEADS, *map(table_row, found.pairs)])
     write_atomically(folder / TABLE, sink.getvalue())
-    packages = {part.partition(":")[2].partition(" (")[0] or part: v for part, v in facts.night.versions.items()}
     engines = [(engine, list(own)) for engine, own in groupby(found.pairs, key=lambda pair: pair.engine)]
     text = templates().get_template(TEMPLATE).render(
         found=found,
@@ -84,7 +83,7 @@ def write_site(
         seconds=seconds_words,
         verdicts=verdict_counts,
         most_open=MOST_OPEN,
-        **surroundings({"environment": facts.night.environment, "packages": packages}),
+        **surroundings({"environment": facts.night.environment, "packages": facts.night.packages}),
     )  # fmt: skip
     write_atomically(folder / FILE, text)
 

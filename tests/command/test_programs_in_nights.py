@@ -12,7 +12,7 @@ from adapters.command.entries import FILES
 from barchain.cli.main import run
 from barchain.engine.new_program import LANGUAGES, write_program
 from barchain.nightly.figures.dependencies import capture, installed_parts
-from reports.results.nights.document import read_nightly
+from tests.support.nightly import read_nightly
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -46,7 +46,7 @@ def test_the_policy_of_a_report_lets_it_load_nothing_and_the_report_obeys(pages:
 
 def test_every_template_of_a_whole_page_has_the_policy() -> None:
     whole = [name for name in templates().list_templates() if "<!doctype html>" in source(name)]
-    assert set(whole) == {"base.html.j2", "case/page.html.j2", "motion.html.j2", "nightly/page.html.j2"}
+    assert set(whole) == {"base.html.j2", "case/page.html.j2", "motion.html.j2"}
     assert all(source(name).count('{% include "policy.html.j2" %}') == 1 for name in whole)
 
 

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-from reports.results.reading import damaged, formed
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
 FILE, PAGE, STATE = "nightly.json", "nightly.html", "night.json"
 """Files of a night's folder: what is told of it, its page, and its state while it runs"""
@@ -315,6 +313,12 @@ class NightEntry(Entry):
         (), description="parts that differ from the last night before, also where no figure changed"
     )
 
+    @property
+    def packages(self) -> dict[str, str]:
+        """Versions by the names of distributions, programs and libraries; that of Python is in the environment."""
+        names = ((part.partition(":")[2].partition(" (")[0], version) for part, version in self.versions.items())
+        return {name: version for name, version in names if name}
+
 
 class CountsEntry(Entry):
     """Numbers of figures by what became of them."""
@@ -435,19 +439,3 @@ class NightlyFile(Entry):
     def differs(self) -> bool:
         """Whether a figure is worse, or changed tonight in any way, and nobody accepted the change."""
         return self.worse or self.counts.better + self.counts.changed > 0
-
-
-def read_nightly(path: Path) -> NightlyFile:
-    """Read a ``nightly.json``.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is none.
-    DamagedResultsError
-        If the file is something else.
-    """
-    try:
-        return formed(NightlyFile, path.read_bytes())
-    except ValueError as error:
-        raise damaged(path, error) from None

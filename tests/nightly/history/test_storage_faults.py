@@ -17,9 +17,9 @@ import pytest
 from barchain.cli.main import run
 from barchain.nightly.history.judging import judge
 from barchain.nightly.history.nights import NightStore, open_store
-from reports.results.nights.document import read_nightly
 from reports.results.writing import DigestedFile
 from tests.nightly.history.synthetic import error, large_night, night
+from tests.support.nightly import read_nightly
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:

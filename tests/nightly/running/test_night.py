@@ -23,7 +23,8 @@ from barchain.nightly.running.night import run_night
 from barchain.nightly.running.plan import load_plan
 from barchain.nightly.running.state import read_state, write_state
 from barchain.runs.processes import Finished, run_barchain
-from reports.results.nights.document import NightRun, PartResult, PartState, read_nightly
+from reports.results.nights.document import NightRun, PartResult, PartState
+from tests.support.nightly import read_nightly
 from tests.support.results import read_record, record_file
 
 if TYPE_CHECKING:

@@ -15,9 +15,10 @@ from barchain.nightly.history.judging import change_named, judge
 from barchain.nightly.history.nights import open_store
 from reports.nightly.calendar import year_blocks
 from reports.nightly.charts import small_chart
-from reports.results.nights.document import NightRun, PartResult, PartState, read_nightly
+from reports.results.nights.document import NightRun, PartResult, PartState
 from reports.results.nights.trends import CalendarNight, TrendChart
 from tests.nightly.history.synthetic import PARTS, NightPart, error, identity, night, verdict
+from tests.support.nightly import read_nightly
 
 if TYPE_CHECKING:
     from junitparser import TestCase
