@@ -17,12 +17,7 @@ if TYPE_CHECKING:
 
 VARIABLE = "BARCHAIN_HISTORY"
 DEFAULT = "nights"
-DATABASES = ("sqlite://", "postgresql://", "postgresql+psycopg://", "postgres://")
-SQLITE = b"SQLite format 3\0"
 PASSWORD = re.compile(r"(?<=://)[^/@]*:[^/@]*(?=@)")
-FOLDERS_NOW = (
-    "since 0.7 a history is a folder of nights; give a folder, and add kept results by `barchain history add DIR`"
-)
 
 
 def default_url() -> str:
@@ -43,14 +38,12 @@ class Place:
         Raises
         ------
         HistoryError
-            If it is a database of barchain 0.6, a file, or an address that fsspec does not know.
+            If it is a file, or an address that fsspec does not know.
         """
         from fsspec.core import url_to_fs  # noqa: PLC0415  # an extra
 
         self.url = PASSWORD.sub("***", url)
         path = Path(url).expanduser()
-        if url.startswith(DATABASES) or is_database(path):
-            raise HistoryError(f"{self.url}: is a history of barchain 0.6, a database; {FOLDERS_NOW}")
         if not url.strip() or path.is_file():
             raise HistoryError(f"{url or 'history'}: is no folder; a history is a folder of nights")
         try:
@@ -154,15 +147,6 @@ def sizes_in(folder: Path, pattern: str) -> dict[str, int]:
         with contextlib.suppress(FileNotFoundError):
             found[path.relative_to(folder).as_posix()] = path.stat().st_size
     return found
-
-
-def is_database(path: Path) -> bool:
-    """Whether a path is an SQLite file."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(SQLITE)) == SQLITE
-    except OSError:
-        return False
 
 
 def first_line(error: object) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 import subprocess
 import sys
 from typing import TYPE_CHECKING
@@ -97,7 +96,7 @@ def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pyt
         ),
         (
             "list --history postgresql://me:secret@127.0.0.1:1/x",
-            "//***@127.0.0.1:1/x: is a history of barchain 0.6",
+            "//***@127.0.0.1:1/x: Protocol not known: postgresql; allowed: a folder, or an address that fsspec knows",
         ),
         ("export --parquet nowhere/all.parquet", "there is no folder nowhere"),
         ("add .", "no results there"),
@@ -137,12 +136,3 @@ def test_without_option_and_variable_the_history_is_the_folder_of_nights(monkeyp
     assert default_url() == "nights"
     monkeypatch.setenv(VARIABLE, "elsewhere")
     assert default_url() == "elsewhere"
-
-
-def test_a_history_of_barchain_0_6_is_one_clear_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    place = tmp_path / "history.sqlite"
-    connection = sqlite3.connect(place)
-    connection.execute("CREATE TABLE nights (name TEXT)")
-    connection.close()
-    said = printed(capsys, "list", "--history", str(place), code=2)
-    assert "is a history of barchain 0.6, a database; since 0.7 a history is a folder of nights" in said
