@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.channels import IN_COLUMN_ORDER, STORED, TIME, Of
+from scenarios.channels import CLOCK, IN_COLUMN_ORDER, STORED, TIME, Of
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -261,7 +261,8 @@ class Trajectory:
         -------
         dict
             For :func:`barchain.go_on`, or for :func:`barchain.change_scene`: position and velocity of the centre of
-            mass, angles and rates of the bars, and the instant.
+            mass, angles and rates of the bars, and what the clock of the effects shows. A trajectory without its scene
+            (:meth:`of_run`) counts from its own start.
 
         Raises
         ------
@@ -279,7 +280,14 @@ class Trajectory:
         if t_s is not None and abs(at_s - t_s) > SAME_INSTANT * max(abs(t_s), 1.0):
             raise ValueError(f"{t_s:g} s given, allowed: the instant of a sample; the nearest is {at_s!r} s")
         arrays = (self.com_m, self.com_velocity_m_s, self.angle_rad, self.rate_rad_s)
-        return state_tables(at_s, *(array[k].tolist() for array in arrays))
+        return state_tables(self.clock_s + at_s, *(array[k].tolist() for array in arrays))
+
+    @property
+    def clock_s(self) -> float:
+        """What the clock of the effects' instants shows at the start of the run, s; 0 without its scene."""
+        from scenarios.toml.changing import clock_at_start
+
+        return 0.0 if self.run_scene is None else clock_at_start(self.run_scene)
 
     def samples(self, rows: slice | NDArray[np.intp]) -> Trajectory:
         """Some of the samples, in every array, as a trajectory."""
@@ -287,7 +295,11 @@ class Trajectory:
         return self.replace(**{name: v[rows] for name, v in arrays.items() if isinstance(v, np.ndarray)})
 
     def continued(self, later: Trajectory) -> Trajectory:
-        """The samples of `self`, then those of `later`, in every array that `self` has; the end is that of `later`."""
+        """The samples of `self`, then those of `later`, in every array that `self` has; the end is that of `later`.
+
+        The instants of a run that goes on from a state of this one count from the start of this one.
+        """
+        later = later.replace(t_s=later.t_s + (later.clock_s - self.clock_s))
         arrays = {f.name: (getattr(self, f.name), getattr(later, f.name)) for f in dataclasses.fields(self)}
         joined = {name: np.concatenate(both) for name, both in arrays.items() if isinstance(both[0], np.ndarray)}
         return dataclasses.replace(self.replace(**joined), ended=later.ended)
@@ -314,12 +326,15 @@ def drawing(kind: str) -> Callable[..., Any]:
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     """Table with one row per sample; a quantity that the engine lacks has no column.
 
-    Columns: ``t_s``, then those of :data:`scenarios.channels.IN_COLUMN_ORDER`. Where `torque_bars` is not known, a
+    Columns: ``t_s``, then those of :data:`scenarios.channels.IN_COLUMN_ORDER`. A run that started later than the clock
+    of its effects has ``clock_s`` besides. Where `torque_bars` is not known, a
     torque is ``torque_law_p_N_m``, p the number of the prescribed rotation.
     """
     import pandas as pd  # a worker makes no tables
 
     columns: dict[str, Array] = {TIME: trajectory.t_s}
+    if trajectory.clock_s:
+        columns[CLOCK] = trajectory.clock_s + trajectory.t_s
     for channel in IN_COLUMN_ORDER:
         values = getattr(trajectory, channel.array)
         if values is None:

@@ -238,6 +238,8 @@ NOISE = tuple(channel.name for channel in TABLE if channel.noise)
 """Channels whose noise an engine may declare"""
 TIME = "t_s"
 """Column of the instants"""
+CLOCK = "clock_s"
+"""Column of a run that started later than the clock of its effects: what that shows"""
 NUMBER = re.compile(r"_([0-9]{1,9})(?=_)")
 
 

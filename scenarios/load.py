@@ -185,7 +185,7 @@ def go_on(scene: Scene, state: Mapping[str, Any], changes: Mapping[str, Any] | N
     ----------
     scene : Scene
     state : mapping
-        State of a run of `scene`, of `Trajectory.state`.
+        State of a run, of `Trajectory.state`: of `scene`, or of a scene that has gone on from one of its runs.
     changes : mapping, optional
         Other changes, as :func:`change_scene` takes them, e.g. the duration that is left.
 
@@ -200,10 +200,7 @@ def go_on(scene: Scene, state: Mapping[str, Any], changes: Mapping[str, Any] | N
     SceneError
         If a file with these values would be rejected; the message has one line for each fault.
     """
-    tables = current_tables(scene)
-    before_s = tables["run"].get("start_s", 0.0)
-    clock = {"run": {"start_s": before_s + state["run"]["start_s"]}}
-    started = merged(merged(tables, without_numpy(state)), clock)
+    started = merged(current_tables(scene), without_numpy(state))
     return scene_of(merged(started, without_numpy(changes or {})), scene.name, scene.name, goes_on=True)
 
 

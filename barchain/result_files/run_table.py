@@ -12,7 +12,7 @@ from barchain.result_files.table import TableError, read_table
 from reports.motion.charts import ALL_CHANNELS, columns_of
 from reports.results.reading import read_parquet
 from scenarios import scene_names
-from scenarios.channels import TIME
+from scenarios.channels import CLOCK, TIME
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ PARQUET = ".parquet"
 
 
 def read_run_table(path: Path) -> pd.DataFrame:
-    """Time and channels of a file, n rows in SI units.
+    """Time and channels of a file, n rows in SI units; the time of a run that goes on is that of its clock.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def read_run_table(path: Path) -> pd.DataFrame:
     if not known:
         there = ", ".join(map(str, found.columns[:8]))
         raise TableError(f"{path.name} has no column of `simulate` beside {TIME}, such as angle_1_rad; it has {there}")
-    found = found[[TIME, *known]]
+    found = found[[TIME, *known]] if CLOCK not in found else found[[CLOCK, *known]].rename(columns={CLOCK: TIME})
     if len(found) < 2 or not (np.diff(found[TIME].to_numpy(float)) >= 0.0).all():
         raise TableError(f"{path.name}: {TIME} does not rise over two rows at least")
     return found
@@ -54,7 +54,8 @@ def of_text(path: Path) -> pd.DataFrame:
     if TIME not in table.names:
         raise TableError(f"{table.file} has no column {TIME}{nearest(TIME, table.names)}; columns are as in `simulate`")
     texts = dict(zip(table.names, table.columns, strict=True))
-    wanted = [TIME, *known_columns(pd.DataFrame(columns=table.names))]
+    clock = [CLOCK] if CLOCK in table.names else []
+    wanted = [TIME, *clock, *known_columns(pd.DataFrame(columns=table.names))]
     values = {}
     try:
         comma = decimal_comma(texts[name] for name in wanted)

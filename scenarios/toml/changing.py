@@ -87,3 +87,8 @@ def current_tables(scene: Scene) -> Data:
         changes["effects"] = dict.fromkeys(scene.given.get("effects", {})) | now["effects"]
         changes["run"] = {"start_s": None} | changes.get("run", {})
     return merged(scene.given, changes)
+
+
+def clock_at_start(scene: Scene) -> float:
+    """Time that the clock of the effects' instants shows at the start of a scene, s."""
+    return float(current_tables(scene)["run"].get("start_s") or 0.0)

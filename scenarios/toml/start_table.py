@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from scenarios.channels import CHANNELS, TIME
+from scenarios.channels import CHANNELS, CLOCK, TIME
 from scenarios.effect_types import Frame
 from scenarios.limits import MOST_KEY
 from scenarios.nearest import nearest
@@ -82,7 +82,8 @@ def with_state(tables: Data, folder: Path) -> Data:
         raise IncompleteError(f"chain.bars: {bars} given, and {start.from_} has more bars; allowed: as many")
     columns = (CHANNELS["com"].columns, CHANNELS["com_velocity"].columns, angles, rates)
     place, velocity, angle, rate = (numbers(start, row, names) for names in columns)
-    state = state_tables(numbers(start, row, [TIME])[0], place, velocity, angle, rate)
+    clock_s = numbers(start, row, [CLOCK if CLOCK in row else TIME])[0]
+    state = state_tables(clock_s, place, velocity, angle, rate)
     run = tables["run"] if isinstance(tables.get("run"), dict) else {}
     others = {key: value for key, value in tables.items() if key != "start"}
     return others | {"orbit": state["orbit"], "chain": chain | state["chain"], "run": state["run"] | run}

@@ -50,7 +50,7 @@ REST = {"run": {"duration_s": HALF_S, "samples": 31}}
 @functools.lru_cache
 def run(scene: Scene) -> Trajectory:
     """Run of the reference."""
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, RTOL))
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, RTOL)).of_run(scene)
 
 
 HELD: dict[str, Any] = {"bar": 2, "amplitude_deg": 0.0, "duration_s": 2.0 * HALF_S, "frame": "previous_bar"}
@@ -147,6 +147,14 @@ def test_the_state_is_the_sample_to_rounding() -> None:
     np.testing.assert_allclose(start.rate_rad_s, whole.rate_rad_s[30], rtol=4.0 * EPS)
 
 
+def started_in(file: str, row: dict[str, Any]) -> dict[str, Any]:
+    """Tables of the scene that starts in a row of a run."""
+    tables = scene_data(SCENE)
+    del tables["orbit"]
+    tables["chain"] = {key: value for key, value in tables["chain"].items() if key not in OWN}
+    return tables | REST | {"start": {"from": file} | row}
+
+
 @pytest.mark.parametrize("ending", [".csv", ".parquet"])
 def test_a_file_starts_a_scene_as_python_does(tmp_path: Path, ending: str) -> None:
     whole = run(SCENE)
@@ -157,12 +165,8 @@ def test_a_file_starts_a_scene_as_python_does(tmp_path: Path, ending: str) -> No
         frame.to_csv(path, index=False)
     else:
         frame.to_parquet(path, index=False)
-    tables = scene_data(SCENE)
-    del tables["orbit"]
-    tables["chain"] = {key: value for key, value in tables["chain"].items() if key not in OWN}
     for start in ({"time_s": HALF_S}, {"row": 31}):
-        whole_file = tables | REST | {"start": {"from": f"runs/run{ending}"} | start}
-        (tmp_path / "second.toml").write_text("\n".join(toml(whole_file)), encoding="utf-8")
+        (tmp_path / "second.toml").write_text("\n".join(toml(started_in(f"runs/run{ending}", start))), "utf-8")
         assert load_scene(tmp_path / "second.toml").digest == go_on(SCENE, whole.state(HALF_S), REST).digest
 
 
@@ -179,14 +183,21 @@ def test_effects_go_on_where_they_were() -> None:
     assert second.thrust[1].force_N[0] == pytest.approx(0.02 * 1000.0 / 1100.0)
 
 
-def test_a_run_that_goes_on_twice_keeps_its_clock() -> None:
+def test_a_run_that_goes_on_twice_keeps_its_clock(tmp_path: Path) -> None:
+    """From either scene, and from a table: the third starts 1500 s after the first."""
     whole = run(SCENE)
     second = go_on(SCENE, whole.state(1000.0), {"run": {"duration_s": 2000.0, "samples": 41}})
-    third = go_on(second, run(second).state(500.0), REST)
-    assert third.effects.impulse[0].at_s == pytest.approx(600.0)
-    assert third.effects.third_body[0].longitude_rad == pytest.approx(
-        go_on(SCENE, whole.state(HALF_S), REST).effects.third_body[0].longitude_rad, rel=1e-13
-    )
+    motion = run(second)
+    motion.to_frame().to_csv(tmp_path / "second.csv", index=False)
+    (tmp_path / "third.toml").write_text("\n".join(toml(started_in("second.csv", {"time_s": 500.0}))), "utf-8")
+    thirds = [go_on(scene, motion.state(500.0), REST) for scene in (SCENE, second)] + [
+        load_scene(tmp_path / "third.toml")
+    ]
+    for third in thirds:
+        assert third.effects.impulse[0].at_s == pytest.approx(600.0)
+        assert third.effects.third_body[0].longitude_rad == pytest.approx(
+            go_on(SCENE, whole.state(HALF_S), REST).effects.third_body[0].longitude_rad, rel=1e-13
+        )
 
 
 def test_a_rotation_holds_its_bar_once_it_is_over_and_can_not_start_halfway() -> None:
@@ -253,3 +264,11 @@ def test_the_last_row_is_the_start_by_default(tmp_path: Path, monkeypatch: pytes
     state = initial_state(make_scene(FILE | {"start": {"from": "run.csv"}}))
     np.testing.assert_allclose(state.com_m, [7e6, 7e4], rtol=1e-15)
     np.testing.assert_allclose(state.rate_rad_s, [0.001], rtol=1e-15)
+
+
+def test_runs_that_go_on_follow_each_other_in_time() -> None:
+    whole = run(SCENE)
+    second = run(go_on(SCENE, whole.state(HALF_S), REST))
+    joined = whole.samples(slice(30)).continued(second)
+    np.testing.assert_allclose(joined.t_s, whole.t_s)
+    np.testing.assert_allclose(joined.com_m, whole.com_m, atol=1e-3)
