@@ -58,7 +58,11 @@ def reached(name: str, main: Samples, declared: Declared, found: Verdict) -> lis
     """
     assert declared.rtol is not None
     best = next((r for r in LADDER if r < declared.rtol and passes(name, main, declared, r)), declared.rtol)
-    notes = [f"requested: rtol={declared.rtol:g}; reached: rtol={best:g}"]
+    size = scales(main.solution)
+    told = min((float(main.written[q].max()) / size[q] for q in main.judged if size[q]), default=0.0)
+    notes = [
+        f"requested: rtol={declared.rtol:g}; reached: {'all that its digits tell' if best < told else f'rtol={best:g}'}"
+    ]
     finer = {r: dataclasses.replace(declared, rtol=r) for r in LADDER if r < best}
     verdicts = {r: one_verdict(name, main, None, at, {}, restarts=False)[0] for r, at in finer.items()}
     notes += filter(None, [less_accurate(verdicts, best)])
