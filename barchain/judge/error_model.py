@@ -275,7 +275,7 @@ class ErrorModel:
                 carried = NORM_SLACK * np.minimum(attitude, parted)
             found[name] = carried * response[: self.n] + NORM_SLACK * direct + self.floor[name]
         track = NORM_SLACK * self.local.track(self.scene, self.t_s)
-        if self.scene.effects.gravity is Gravity.NONE:
+        if self.scene.effects.gravity is Gravity.NONE and self.setting.parameter is AccuracyParameter.RTOL:
             track = np.minimum(track, self.straight_track_m)
         found["com"] += track
         found["com_velocity"] += track * orbit_rate_bound(self.scene, self.solution.trajectory)
@@ -287,7 +287,8 @@ class ErrorModel:
 
         Accelerations a that a step weighs lie between those of the motion, so that no mean is off by more than their
         range: t²/2 of it from the start. A constant force leaves no error, however large a request is. Attitudes that
-        are off by an angle turn the force, and the share of a bar that it meets: 2 |a| times that angle.
+        are off by an angle turn the force, and the share of a bar that it meets: 2 |a| times that angle. Where the
+        centre of mass is computed from bars, their own speeds enter, by that angle times their size, for t.
         """
         fine = self.solution.fine
         if len(fine.t_s) < 2:
@@ -296,7 +297,9 @@ class ErrorModel:
         lowest, highest = (f.accumulate(acceleration, axis=0) for f in (np.minimum, np.maximum))
         size = np.maximum.accumulate(np.linalg.norm(acceleration, axis=1))
         varied, most = (np.interp(self.t_s, fine.t_s, x) for x in (np.linalg.norm(highest - lowest, axis=1), size))
-        found: Array = 0.5 * (self.t_s - self.t_s[0]) ** 2 * (varied + 2.0 * most * self.attitude_rad)
+        elapsed_s = self.t_s - self.t_s[0]
+        drift_m_s = self.scene.size_m * rate_scale(self.scene, self.solution.trajectory) * self.attitude_rad
+        found: Array = 0.5 * elapsed_s**2 * (varied + 2.0 * most * self.attitude_rad) + elapsed_s * drift_m_s
         return found
 
     @cached_property
