@@ -205,7 +205,7 @@ class ChainTable(Table):
             )
         if self.inertia_kg_m2 is None and set(each(self.com_share, self.bars - len(ends))) != {MIDWAY}:
             raise ValueError("com_share is given without inertia_kg_m2, which is that of a uniform bar by default")
-        for i, point in enumerate(self.joint_mass):
+        for i, point in enumerate(self.joint_mass, start=1):  # behind the path of the table, so counted from 1 here
             if point.joint >= self.bars:
                 raise ValueError(f"joint_mass[{i}].joint: {point.joint} given, allowed: 1 to {self.bars - 1}")
         for keys in (ANGLE_KEYS, RATE_KEYS):
@@ -222,9 +222,9 @@ class ChainTable(Table):
     def one_value_per_bar(cls, value: Any, info: ValidationInfo) -> Any:
         """Reject a list whose length is not the number of bars."""
         bars, bodies = info.data.get("bars"), len(info.data.get("end_body", ()))
-        if not isinstance(value, list) or bars is None:
-            return value
         of_material = info.field_name in MATERIAL_KEYS
+        if not isinstance(value, list) or bars is None or (of_material and "end_body" not in info.data):
+            return value  # the faults of the bodies, or of the number of bars, are told
         wanted, but = (bars - bodies, " that is no end body" if bodies else "") if of_material else (bars, "")
         if len(value) != wanted:
             raise ValueError(f"a list needs one value per bar{but}: {wanted} of them (or give one number for all)")

@@ -18,6 +18,7 @@ CLIMB = "flight_path_deg is the angle of the velocity above the horizontal, and 
 BARS = "bars is the number of bars"
 RATES = "rate_factor holds the bars' rates over the orbital rate, rate_rad_s and rate_deg_s hold inertial ones"
 JOINTS = "bars are rigid; [effects.joint_spring_damper] puts springs and dampers into the joints"
+IDEAL = "joints have no friction and no stops; [effects.joint_spring_damper] puts springs and dampers into them"
 ENDS = "duration_s counts from start_s"
 STEPS = "the step belongs to an engine's setting, not to a scene"
 USUAL_NAMES: dict[str, dict[str, str]] = {
@@ -34,11 +35,13 @@ USUAL_NAMES: dict[str, dict[str, str]] = {
         "n": BARS, "number": BARS, "links": BARS, "n_bars": BARS, "num_bars": BARS, "rate": RATES, "rates": RATES,
         "omega": RATES, "angular_velocity": RATES, "stiffness": JOINTS, "damping": JOINTS,
     },
+    "effects": dict.fromkeys(("joint_stop", "joint_stops", "joint_friction", "joint_limit", "friction"), IDEAL),
+    "effects.joint_spring_damper": dict.fromkeys(("friction", "stop", "stops"), IDEAL),
     "effects.thrust": {"stop": ENDS, "end": ENDS, "until": ENDS},
     "run": {"dt": STEPS, "step": STEPS, "time_step": STEPS, "timestep": STEPS},
 }  # fmt: skip
 """By table, and by the name without its unit in lower case"""
-UNITS = ("_rad_s", "_deg_s", "_m_s", "_km_s", "_deg", "_rad", "_km", "_m", "_s")
+UNITS = ("_rad_s", "_deg_s", "_m_s", "_km_s", "_n_m", "_deg", "_rad", "_km", "_m", "_s")
 
 
 def usual_name(loc: Sequence[int | str]) -> str | None:

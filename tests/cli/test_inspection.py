@@ -97,7 +97,7 @@ def test_validate_prints_one_line_for_each_fault_of_each_file_and_exits_with_2(t
     lines = shown.err.splitlines()
     assert len(lines) == 3
     assert f"{bad}: orbit.altitude_km: unknown key (did you mean altitude_m?); allowed here: altitude_m" in shown.err
-    assert f"{bad}: chain.mass_kg[1]: -5.0 given, allowed: greater than 0" in shown.err
+    assert f"{bad}: chain.mass_kg[2]: -5.0 given, allowed: greater than 0" in shown.err
     assert run(["validate", "paper/fig05"]) == 0
 
 

@@ -122,7 +122,7 @@ def test_a_torque_may_jump_between_two_equal_instants(tmp_path: Path) -> None:
     [
         (
             "[[effects.joint_torque]]\njoint = 2\ntorque_N_m = 1.0\n",
-            r"joint_torque\[0\].joint: 2 given, allowed: 1 to 1",
+            r"joint_torque\[1\].joint: 2 given, allowed: 1 to 1",
         ),
         ("[[effects.joint_torque]]\njoint = 1\ntorque_N_m = [1.0]\n", "lists as both torque_N_m and times_s"),
         (

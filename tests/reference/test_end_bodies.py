@@ -149,15 +149,16 @@ IMPULSE = {"bar": 4, "direction_deg": 0.0, "impulse_N_s": 1.0, "at_s": 0.5}
 FAULTS = [
     (BODIES, {"bars": 2}, {}, "at least one bar besides, 3"),
     ([BODIES[0], BODIES[0]], {}, {}, 'two end bodies at = "first"'),
-    ([BODIES[0] | {"joint_m": 0.0}], {}, {}, "chain.end_body[0].joint_m: 0.0 given"),
-    ([BODIES[0] | {"at": "middle"}], {}, {}, "chain.end_body[0].at: 'middle' given, allowed: 'first' or 'last'"),
-    ([{"at": "first", "mass_kg": 1.0, "joint_m": 1.0}], {}, {}, "chain.end_body[0].inertia_kg_m2: missing"),
+    ([BODIES[0] | {"joint_m": 0.0}], {}, {}, "chain.end_body[1].joint_m: 0.0 given"),
+    ([BODIES[0] | {"at": "middle"}], {}, {}, "chain.end_body[1].at: 'middle' given, allowed: 'first' or 'last'"),
+    ([{"at": "first", "mass_kg": 1.0, "joint_m": 1.0}], {}, {}, "chain.end_body[1].inertia_kg_m2: missing"),
+    ([BODIES[0] | {"com_m": 0.1}], {"mass_kg": [1.0, 2.0, 3.0]}, {}, "chain.end_body[1].com_m: unknown key"),
     (BODIES, {"length_m": [1.0, 2.0, 3.0, 4.0]}, {}, "one value per bar that is no end body: 2 of them"),
     (BODIES, {"angle_deg": [1.0, 2.0]}, {}, "a list needs one value per bar: 4 of them"),
     (BODIES, {}, {"gravity": "slender"}, 'effects.gravity: "slender" given, allowed with an end body'),
     (BODIES, {}, {"drag": DRAG}, "effects.drag"),
     (BODIES, {}, {"solar_pressure": {"width_m": 0.1}}, "effects.solar_pressure"),
-    (BODIES, {}, {"thrust": [THRUST]}, "effects.thrust[0].end: left"),
+    (BODIES, {}, {"thrust": [THRUST]}, "effects.thrust[1].end: left"),
     (BODIES, {}, {"impulse": [IMPULSE]}, "allowed: left, its joint"),
 ]  # fmt: skip
 

@@ -67,8 +67,8 @@ def test_values_replaced_before_are_kept_by_a_later_change() -> None:
     ("part", "values", "stale"),
     [
         ("orbit", {"speed_factor": 1.3}, "run.duration_s: .* given, allowed: .*, which follows from the other values"),
-        ("chain", {"mass_kg": (10.0, 5.0)}, r"chain.inertia_kg_m2\[0\]: .*, which follows from the other values"),
-        ("run", {"duration_s": 300.0}, r"effects.thrust\[0\].times_s\[1\]: .* given, allowed: 300.0, which follows"),
+        ("chain", {"mass_kg": (10.0, 5.0)}, r"chain.inertia_kg_m2\[1\]: .*, which follows from the other values"),
+        ("run", {"duration_s": 300.0}, r"effects.thrust\[1\].times_s\[2\]: .* given, allowed: 300.0, which follows"),
         ("central_body", {"radius_m": 6e6}, "effects.oblateness.radius_m: .*, which follows from the other values"),
     ],
 )

@@ -37,22 +37,22 @@ def with_moon(rate_rad_s: float) -> Scene:
 
 
 WRONG = {
-    "chain.mass_kg[0]: -1.0 given, allowed: greater than 0": with_chain(mass_kg=(-1.0, 1.0, 1.0)),
+    "chain.mass_kg[1]: -1.0 given, allowed: greater than 0": with_chain(mass_kg=(-1.0, 1.0, 1.0)),
     "chain.length_m: .* given, a list needs one value per bar: 3": with_chain(length_m=(10.0, 10.0)),
     "chain.length_m: 20.0 given, allowed: of type tuple": with_chain(length_m=20.0),
     "chain.mass_kg: array.* given": with_chain(mass_kg=np.ones(3)),
-    "chain.angle_deg[1]: nan given, allowed: a finite number": with_chain(angle_rad=(0.0, float("nan"), 0.0)),
+    "chain.angle_deg[2]: nan given, allowed: a finite number": with_chain(angle_rad=(0.0, float("nan"), 0.0)),
     "chain.angle_from: 'Bar' given, allowed: 'chain', 'bar' or 'inertial'": with_chain(angle_from="Bar"),
-    "chain.inertia_kg_m2[2]: -1.0 given": with_chain(inertia_kg_m2=(1.0, 1.0, -1.0)),
+    "chain.inertia_kg_m2[3]: -1.0 given": with_chain(inertia_kg_m2=(1.0, 1.0, -1.0)),
     "run.samples: 0 given, allowed: at least 2": dataclasses.replace(SCENE, run=Run(100.0, 0)),
     "run.duration_s: -10.0 given, allowed: greater than 0": dataclasses.replace(SCENE, run=Run(-10.0, 11)),
-    "effects.thrust[0].bar: 0 given, allowed: at least 1": with_thrust(bar=0),
-    "effects.thrust[0].bar: 4 given, allowed: 1 to 3": with_thrust(bar=4),
-    "effects.thrust[0].end: 'left' given, allowed: of type End": with_thrust(end="left"),
-    "effects.third_body[0].rate_rad_s: nan given, allowed: .*, which follows": with_moon(float("nan")),
-    "effects.third_body[0].rate_rad_s: -1e-06 given, allowed: .*, which follows": with_moon(-1e-6),
-    "effects.third_body[0].rate_rad_s: True given": with_moon(True),
-    "effects.thrust[0].times_s[0]: .* given, allowed: .*, the sample beside it": with_thrust(
+    "effects.thrust[1].bar: 0 given, allowed: at least 1": with_thrust(bar=0),
+    "effects.thrust[1].bar: 4 given, allowed: 1 to 3": with_thrust(bar=4),
+    "effects.thrust[1].end: 'left' given, allowed: of type End": with_thrust(end="left"),
+    "effects.third_body[1].rate_rad_s: nan given, allowed: .*, which follows": with_moon(float("nan")),
+    "effects.third_body[1].rate_rad_s: -1e-06 given, allowed: .*, which follows": with_moon(-1e-6),
+    "effects.third_body[1].rate_rad_s: True given": with_moon(True),
+    "effects.thrust[1].times_s[1]: .* given, allowed: .*, the sample beside it": with_thrust(
         times_s=(SCENE.times_s[1] * (1.0 + 1e-13), SCENE.times_s[5])
     ),
     "of an array with more than one element": dataclasses.replace(

@@ -205,7 +205,7 @@ def test_a_rotation_holds_its_bar_once_it_is_over_and_can_not_start_halfway() ->
     law = slewed.effects.prescribed_rotation[0]
     over = change_scene(slewed, {"run": {"start_s": law.start_s + law.duration_s}}).effects.prescribed_rotation[0]
     assert (over.start_s, over.amplitude_rad) == (0.0, 0.0)
-    with pytest.raises(SceneError, match=r"prescribed_rotation\[0\]: bar 5 is being turned at the start"):
+    with pytest.raises(SceneError, match=r"prescribed_rotation\[1\]: bar 5 is being turned at the start"):
         change_scene(slewed, {"run": {"start_s": law.start_s + 0.5 * law.duration_s}})
 
 

@@ -93,14 +93,14 @@ def test_a_span_added_to_its_start_gives_its_end_bit_for_bit() -> None:
 @pytest.mark.parametrize(
     ("effects", "words"),
     [
-        (IMPULSE + "at_s = 1e-7", ["effects.impulse[0].at_s: 1e-07 given", "after the start", "1e-09 of it"]),
-        (IMPULSE + "at_s = 999.9999999", ["effects.impulse[0].at_s", "before the end of the run, 1000 s"]),
-        (THRUST + "force_N = 1.0\nstart_s = 999.9999999", ["effects.thrust[0].start_s", "before the end of the run"]),
+        (IMPULSE + "at_s = 1e-7", ["effects.impulse[1].at_s: 1e-07 given", "after the start", "1e-09 of it"]),
+        (IMPULSE + "at_s = 999.9999999", ["effects.impulse[1].at_s", "before the end of the run, 1000 s"]),
+        (THRUST + "force_N = 1.0\nstart_s = 999.9999999", ["effects.thrust[1].start_s", "before the end of the run"]),
         (
             THRUST + "force_N = [1.0, 2.0, 3.0]\ntimes_s = [1.0, 285.7142857, 285.7142858]",
-            ["effects.thrust[0]: two instants at the sample at 285.714 s", "(1e-06 s)"],
+            ["effects.thrust[1]: two instants at the sample at 285.714 s", "(1e-06 s)"],
         ),
-        (TURN + "start_s = 285.7142855\nduration_s = 5e-7", ["effects.prescribed_rotation[0]: two instants"]),
+        (TURN + "start_s = 285.7142855\nduration_s = 5e-7", ["effects.prescribed_rotation[1]: two instants"]),
     ],
 )
 def test_two_instants_next_to_one_sample_are_rejected_in_one_line(effects: str, words: list[str]) -> None:

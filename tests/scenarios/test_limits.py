@@ -58,7 +58,7 @@ def rejected(text: str) -> str:
         ((TITLE, 'title = "a\\u001b[31m"'), ["title", "character 2 is U+001B", "one line of text"]),
         ((TITLE, 'title = """a\nb"""'), ["title", "character 2 is U+000A", "one line of text"]),
         ((TITLE, 'title = "a\\u202eb"'), ["title", "U+202E RIGHT-TO-LEFT OVERRIDE"]),
-        ((TITLE, 'title = "t"\ntags = ["a\\u200bb"]'), ["tags[0]", "U+200B ZERO WIDTH SPACE"]),
+        ((TITLE, 'title = "t"\ntags = ["a\\u200bb"]'), ["tags[1]", "U+200B ZERO WIDTH SPACE"]),
         ((TITLE, 'title = "t"\ndescription = "a\\u2028b"'), ["description", "U+2028 LINE SEPARATOR"]),
         ((TITLE, 'title = "t"\n"a\\u202e\\nb" = 1'), ["a\\u202e\\nb", "unknown key"]),
         ((TITLE, TITLE + "\ntags = [" + "'a'," * 51 + "]"), ["tags", "51", "at most 50"]),

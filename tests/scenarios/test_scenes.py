@@ -85,7 +85,8 @@ def test_a_bar_held_to_its_local_horizontal_starts_at_the_rate_of_its_own_longit
         (("bars = 3", "bars = 0"), ["x.toml", "chain.bars", "0 given", "at least 1"]),
         (("mass_kg = 100.0", "mass_kg = -1.0"), ["chain.mass_kg", "-1.0 given", "greater than 0"]),
         (("mass_kg = 100.0", "mass_kg = [1.0, 2.0]"), ["chain.mass_kg", "one value per bar: 3"]),
-        (("mass_kg = 100.0", "mass_kg = [1.0, nan, 1.0]"), ["chain.mass_kg[1]", "nan given", "finite"]),
+        (("mass_kg = 100.0", "mass_kg = [1.0, nan, 1.0]"), ["chain.mass_kg[2]", "nan given", "finite"]),
+        (("[run]", "centre_m = [[0.0, nan], [1.0, 1.0], [2.0, 2.0]]\n[run]"), ["chain.centre_m[1][2]", "nan given"]),
         (("mass_kg = 100.0", 'mass_kg = "heavy"'), ["chain.mass_kg", "'heavy' given", "a number without quotes"]),
         (("mass_kg = 100.0", "mas_kg = 100.0"), ["chain.mas_kg", "unknown key", "did you mean mass_kg?"]),
         (
@@ -154,9 +155,9 @@ WRONG_EFFECTS = {
     "[effects.oblateness]\nj2 = nan": ["effects.oblateness.j2", "nan given", "finite"],
     "[effects.oblateness]\nJ2 = 1e-3": ["effects.oblateness.J2", "unknown key", "did you mean j2?"],
     "[effects]\ngravity = \"none\"\n[effects.oblateness]": ["effects.oblateness", "does not pull", "with gravity"],
-    "[[effects.third_body]]\nbody = \"mars\"": ["effects.third_body[0].body", "'mars' given", "'moon'"],
-    "[[effects.third_body]]\nbody = \"other\"": ["effects.third_body[0]", "mu_m3_s2 and distance_m"],
-    "[[effects.third_body]]\ndistance_m = 1e6": ["effects.third_body[0].distance_m", "1e+06 given", "more than"],
+    "[[effects.third_body]]\nbody = \"mars\"": ["effects.third_body[1].body", "'mars' given", "'moon'"],
+    "[[effects.third_body]]\nbody = \"other\"": ["effects.third_body[1]", "mu_m3_s2 and distance_m"],
+    "[[effects.third_body]]\ndistance_m = 1e6": ["effects.third_body[1].distance_m", "1e+06 given", "more than"],
     "[effects.drag]\naltitude_m = 0.0\nscale_height_m = 5e4\nwidth_m = 1.0": ["effects.drag.density_kg_m3", "missing"],
     "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 3e5\nscale_height_m = -5e4\nwidth_m = 1.0": [
         "effects.drag.scale_height_m", "-50000.0 given", "greater than 0",
@@ -171,25 +172,25 @@ WRONG_EFFECTS = {
         "effects.joint_spring_damper.stiffness_N_m_rad", "3 values given", "one value per joint: 2",
     ],
     "[effects.joint_spring_damper]\ndamping_N_m_s_rad = -1.0": ["damping_N_m_s_rad", "-1.0 given", "at least 0"],
-    "[[effects.thrust]]\nbar = 7\ndirection_deg = 0.0\nforce_N = 1.0": ["effects.thrust[0].bar", "7 given", "1 to 3"],
+    "[[effects.thrust]]\nbar = 7\ndirection_deg = 0.0\nforce_N = 1.0": ["effects.thrust[1].bar", "7 given", "1 to 3"],
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]\ntimes_s = [5.0, 5.0]": [
-        "effects.thrust[0]", "must increase",
+        "effects.thrust[1]", "must increase",
     ],
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]": [
-        "effects.thrust[0]", "force_N and times_s",
+        "effects.thrust[1]", "force_N and times_s",
     ],
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\nend = \"top\"": ["end", "'top' given", "'left'"],
     "[[effects.impulse]]\nbar = 1\ndirection_deg = 0.0\nimpulse_N_s = 1.0\nat_s = 1e9": [
-        "effects.impulse[0].at_s", "1e+09 given", "before the end of the run",
+        "effects.impulse[1].at_s", "1e+09 given", "before the end of the run",
     ],
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\nstart_s = 100.0": [
-        "effects.thrust[0].start_s", "begins at 100 s", "before the end of the run, 100 s",
+        "effects.thrust[1].start_s", "begins at 100 s", "before the end of the run, 100 s",
     ],
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]\ntimes_s = [200.0, 300.0]": [
-        "effects.thrust[0].times_s", "begins at 200 s",
+        "effects.thrust[1].times_s", "begins at 200 s",
     ],
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\ntimes_s = 5.0": [
-        "effects.thrust[0].times_s: 5.0 given", "valid list",
+        "effects.thrust[1].times_s: 5.0 given", "valid list",
     ],
     "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 350.0\nscale_height_m = 50.0\nwidth_m = 0.1": [
         "effects.drag", "altitude_m = 350 m", "starts at 350000 m", "6.99e+03 times", "above it", "at most 30 times",
@@ -206,6 +207,8 @@ WRONG_EFFECTS = {
     "[effects]\noblateness = true": ["effects.oblateness: true given", "a table, write [effects.oblateness]"],
     "[effects.third_body]\nbody = \"moon\"": ["effects.third_body: one table given", "write [[effects.third_body]]"],
     "[[effects.drag]]\nwidth_m = 1.0": ["effects.drag", "a table, write [effects.drag]"],
+    "[effects]\n\"thrust[1]\" = 1.0": ["effects.thrust[1]: unknown key"],
+    "[effects.joint_friction]\ntorque_N_m = 1.0": ["effects.joint_friction: unknown key; joints have no"],
     "[drag]\nwidth_m = 1.0": ["drag: unknown key", "did you mean effects.drag?"],
     "[[thrust]]\nbar = 1": ["thrust: unknown key", "did you mean effects.thrust?"],
     "[effects]\ngravity = \"slender\"": ["chain.inertia_kg_m2", "5 given for bar 1", "833.3", "leave it out"],
@@ -267,7 +270,7 @@ def test_all_faults_between_tables_are_told_at_once_and_one_of_several_bars_stan
     lines = rejected(GOOD.replace("350e3", "50.0") + push + wide).split("\n")
     assert [line.split(": ")[:2] for line in lines] == [
         ["x.toml", "orbit.altitude_m"],
-        ["x.toml", "effects.thrust[0].bar"],
+        ["x.toml", "effects.thrust[1].bar"],
         ["x.toml", "effects.drag.width_m"],
     ]
 

@@ -143,6 +143,7 @@ def test_equal_seeds_give_equal_samples_however_many_runs_share_a_call(monkeypat
     ("orbit.speed_factor=normall(1, 2)", "did you mean normal?"),
     ("orbit.altitude_m=normal(1, 5)", "orbit.altitude_m"),
     ("chain.angle_deg[9]=1,2", "no such value in this scene, allowed: [1] to [5]"),
+    ("chain.mass_kg[2]=0,1", "fig13: chain.mass_kg[2]: 0 given"),
     ("chain.angle_deg[*]=1,2", "with a distribution"),
     ("orbit.altitude_m[*]=normal(4e5, 1)", "has no list there"),
     ("chain.bars=2.5,3", "allowed: a whole number"),
