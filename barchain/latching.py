@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,9 +11,10 @@ import numpy as np
 from adapters.common.reference_model import chain_model
 from reference_impl.model.invariants import relative_motion
 from scenarios import Actuator, Frame, SceneError
+from scenarios.text import shorten
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Mapping
 
     from adapters.trajectory import Array
     from scenarios import Scene
@@ -43,9 +46,11 @@ def latched(scene: Scene, state: Mapping[str, Any], joints: Collection[int]) -> 
     Raises
     ------
     SceneError
-        If a joint is none of the scene, a law turns it or one of the other joints past what the bars can do, or a law
-        follows the local horizontal.
+        If no list of joints is given, a joint is none of the scene, a law turns it or one of the other joints past what
+        the bars can do, or a law follows the local horizontal.
     """
+    if not isinstance(joints, Collection) or not all(isinstance(joint, Integral) for joint in joints):
+        raise SceneError(f"{shorten(joints)} given, allowed: a list of joints, e.g. [1, 2]")
     wrong = sorted(joint for joint in joints if not 1 <= joint < scene.bars)
     if wrong:
         raise SceneError(f"joint {wrong[0]} given, allowed: 1 to {scene.bars - 1}")

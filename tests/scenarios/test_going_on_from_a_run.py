@@ -104,9 +104,9 @@ def test_a_latch_beside_a_lock_keeps_it_and_what_it_can_not_do_is_one_line() -> 
     rates = latched(locked, state, [1])["chain"]["rate_rad_s"]
     assert rates[3] == pytest.approx(rates[2], rel=1e-12)
     assert rates[1] == pytest.approx(rates[0], rel=1e-12)
-    for scene, joints in ((locked, [3]), (FREE, [4]), (FREE, [0])):
+    for scene, joints in ((locked, [3]), (FREE, [4]), (FREE, [0]), (FREE, 2), (FREE, "2"), (FREE, [1.5])):
         with pytest.raises(SceneError, match="given, allowed"):
-            latched(scene, state, joints)
+            latched(scene, state, joints)  # type: ignore[arg-type]
 
 
 def test_a_lock_goes_on_to_hold_its_joint() -> None:
