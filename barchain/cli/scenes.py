@@ -194,8 +194,8 @@ def validate(files: tuple[str, ...]) -> None:
 
     The line names the file, the key, the given value, the allowed values and the nearest name.
     A valid scene has lines on its orbit and on its start in numbers. A lowest height below 80 km is a warning.
-    A prescribed bar whose law starts at another rate than its rate_factor gives is a note, and so is sunlight that no
-    planet has.
+    A prescribed bar whose law starts at another rate than its rate_factor gives is a note, and so are a torque in a
+    joint that a law drives, and sunlight that no planet has.
     A line proposes another duration and number of samples where engines reject a scene for its instants alone.
     A scene whose run would take longer than is allowed is a fault, and the line says what allows more.
     Exits with 2 if a file has a fault.
@@ -224,7 +224,7 @@ def valid(file: str) -> bool:
     for words in start_words(scene):
         say(f"{file}: {words}")
     warn_of_height(file, scene)
-    for words in (*rates_of_laws(scene), *light_of_no_planet(scene)):
+    for words in (*rates_of_laws(scene), *torques_in_driven_joints(scene), *light_of_no_planet(scene)):
         say(f"{file}: note: {words}")
     if estimated_run_s(scene) > TOLD_S:
         say(f"{file}: {work_words(scene)}")
@@ -282,6 +282,20 @@ def rates_of_laws(scene: Scene) -> Iterable[str]:
                 f"bar {bar} is prescribed: it starts at the rate of its law, {own:.4g} rad/s, and not at that of its "
                 f"rate_factor {scene.chain.rate_factor[bar - 1]:g}, {given:.4g} rad/s"
             )
+
+
+def torques_in_driven_joints(scene: Scene) -> Iterable[str]:
+    """Sentence on each joint with the motor of a law and another torque, which that motor takes up."""
+    from scenarios import Actuator
+    from scenarios.toml.checks import joint_of_motor
+
+    laws = [law for law in scene.effects.prescribed_rotation if law.actuator is Actuator.JOINT]
+    driven = {joint_of_motor(law.bar) for law in laws}
+    for joint in sorted(driven & {motor.joint for motor in scene.effects.joint_torque}):
+        yield (
+            f"a prescribed rotation drives joint {joint}: a joint_torque or a set point there changes the torque of "
+            "that law alone, and not the motion"
+        )
 
 
 def light_of_no_planet(scene: Scene) -> Iterable[str]:

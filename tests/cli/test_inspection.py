@@ -19,6 +19,7 @@ from barchain.cli.common.progress import choose_verbosity, counted, verdicts_sho
 from barchain.cli.main import cli, run
 from barchain.solutions import certified_file
 from scenarios import load_scene, scene_names
+from scenarios.toml.writing import scene_toml
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -270,3 +271,14 @@ def test_a_prescribed_bar_that_starts_at_another_rate_than_its_law_is_noted(
     )
     assert run(["validate", str(file)]) == 0
     assert ("bar 2 is prescribed: it starts at the rate of its law" in capsys.readouterr().out) is noted
+
+
+@pytest.mark.parametrize(("joint", "noted"), [(1, True), (3, False)])
+def test_a_torque_in_a_joint_that_a_law_drives_is_noted(
+    joint: int, noted: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "slew.toml"
+    slew = scene_toml(load_scene("effects/joint_slew"))
+    file.write_text(f"{slew}\n[[effects.joint_torque]]\njoint = {joint}\ntorque_N_m = 0.1\n")
+    assert run(["validate", str(file)]) == 0
+    assert (f"note: a prescribed rotation drives joint {joint}: " in capsys.readouterr().out) is noted

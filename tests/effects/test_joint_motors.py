@@ -137,3 +137,19 @@ def test_a_torque_may_jump_between_two_equal_instants(tmp_path: Path) -> None:
 def test_a_motor_that_can_not_be_is_told(effects: str, fault: str, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=fault):
         scene_of(tmp_path, effects)
+
+
+@pytest.mark.parametrize("engine", forms("reference", "reference-fast", "heyoka"))
+def test_a_torque_in_a_joint_that_a_law_drives_changes_the_torque_of_the_law_alone(engine: str) -> None:
+    """The law's motor gives what the angle needs and the other motor does not; some hundred steps of 1e-13 each."""
+    alone = load_scene("effects/joint_slew")
+    motor = JointTorque(1, (0.0, alone.run.duration_s), (0.1, 0.1))
+    both = dataclasses.replace(alone, effects=dataclasses.replace(alone.effects, joint_torque=(motor,)))
+    one, other = (moved(scene, engine) for scene in (alone, both))
+    assert one.torque_N_m is not None
+    assert other.torque_N_m is not None
+    np.testing.assert_allclose(other.angle_rad, one.angle_rad, rtol=0.0, atol=1e-11)
+    inside = slice(1, -1)  # the motor starts and ends with the run
+    shift = (other.torque_N_m - one.torque_N_m)[inside]
+    largest = np.abs(one.torque_N_m).max()
+    np.testing.assert_allclose(shift, np.broadcast_to([-0.1, 0.0], shift.shape), rtol=0.0, atol=1e-9 * largest)
