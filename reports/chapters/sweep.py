@@ -1,4 +1,4 @@
-"""Chapter of a parameter sweep: curves over one number, maps over two, histograms and quantiles of drawn ones."""
+"""Chapter of a parameter sweep: curves and maps over numbers of a grid, histograms and quantiles of drawn ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from reports.plotting.svg import HEIGHT, RIGHT, WIDTH, Chart, Scale, across, upw
 from reports.results.outcome import Outcome
 from reports.results.rows import plain
 from reports.results.sweep import FILES, samples_of
-from reports.text.numerals import powers, typeset, unpadded
+from reports.text.numerals import digits_apart, powers, typeset, unpadded
 from reports.text.record import SceneRecord
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ MOST_CURVES = 4
 MOST_PANELS = 24
 MOST_ROWS = 200
 """Of the table of values; `barchain show --csv` has all"""
+FEWEST_DIGITS = 6
+"""Of a value in a table; more where values lie closer together"""
 MOST_BINS, FEWEST_BINS = 40, 5
 OPACITY = 0.2
 SHADES = tuple(Colour(f"d{k}", light, dark) for k, (light, dark) in enumerate(DIGITS))
@@ -207,10 +209,11 @@ def colour_bar(chart: Chart, low: float, high: float, unit: str) -> None:
     left = WIDTH - BAR_ROOM_PX + RIGHT
     scale = Scale(low, high, chart.y.start, chart.y.end)
     ends = np.linspace(low, high, len(SHADES) + 1)
+    digits = digits_apart(ends, 5)
     for k, below, above in cells(scale(ends)):
         chart.area((left, left + BAR_PX), (below, above), SHADES[k])
     for value in ends:
-        chart.text((left + BAR_PX + 4.0, float(scale(value)) + 4.0), exact(float(value), 5))
+        chart.text((left + BAR_PX + 4.0, float(scale(value)) + 4.0), exact(float(value), digits))
     chart.text((left, HEIGHT - 6.0), unit)
 
 
@@ -231,9 +234,9 @@ def histogram(sweep: Sweep, measure: str) -> Panel | None:
         chart.band(x, np.zeros_like(y), y, pen.colour, OPACITY)
         chart.line(x, y, pen.colour)
         legend += [Legend(words, pen)] if words else []
-    middle = float(np.median(values))
+    middle, digits = float(np.median(values)), digits_apart(values)
     chart.up_at(middle, COLOURS["muted"], 0.9)
-    return Panel(measure, chart.svg(measure), f"Thin line: median, {typeset(middle)}.", tuple(legend))
+    return Panel(measure, chart.svg(measure), f"Thin line: median, {typeset(middle, digits)}.", tuple(legend))
 
 
 def quantile_rows(sweep: Sweep) -> list[dict[str, Any]]:
@@ -243,19 +246,22 @@ def quantile_rows(sweep: Sweep) -> list[dict[str, Any]]:
         values = own[measure].dropna()
         if len(values):
             place = {"measure": measure, "unit": sweep.unit(measure), "of": words, "runs": len(values)}
-            found.append(place | {"values": list(map(exact, values.quantile(list(QUANTILES))))})
+            ranks = values.quantile(list(QUANTILES)).tolist()
+            digits = digits_apart(ranks, FEWEST_DIGITS)
+            found.append(place | {"values": [exact(value, digits) for value in ranks]})
     return found[:MOST_ROWS]
 
 
 def value_rows(sweep: Sweep) -> list[dict[str, Any]]:
     """First rows of the table of values."""
     several = len(sweep.engines) > 1
+    digits = {name: digits_apart(sweep.samples[name].to_numpy(float), FEWEST_DIGITS) for name in numbers(sweep)}
     return [
-        {"engine": row["engine"] if several else "", "values": [exact(row[name]) for name in numbers(sweep)]}
+        {"engine": row["engine"] if several else "", "values": [exact(row[name], digits[name]) for name in digits]}
         for row in plain(sweep.samples.head(MOST_ROWS))
     ]
 
 
-def exact(value: float | None, digits: int = 6) -> str:
+def exact(value: float | None, digits: int = FEWEST_DIGITS) -> str:
     """Number to some digits, without zeros at its end; empty for None."""
     return "" if value is None else powers(unpadded(f"{value:.{digits}g}"))

@@ -7,9 +7,10 @@ import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 SMALLEST_PLAIN = 1e-3  # below it, zeros after the point take longer to count than a power of ten to read
+MOST_DIGITS = 15  # that any double gives back
 LARGEST_COUNT = 1e9  # whole numbers below it are counts, and written out
 PREFIXES = (
     (1e9, "G"),
@@ -59,6 +60,18 @@ def significant(value: float | None, digits: int = 3) -> str:
 def typeset(value: float | None, digits: int = 3) -> str:
     """``−5.40×10⁻⁷``, ``∞`` as on a page, with a true minus."""
     return powers(typed(value, digits))
+
+
+def digits_apart(values: Iterable[float], least: int = 3) -> int:
+    """Digits in which values differ from each other by three of their own: ``6667213`` and ``6667670`` need seven.
+
+    They are at least `least`, and no more than a double has.
+    """
+    known = [value for value in values if math.isfinite(value)]
+    size, spread = max(map(abs, known), default=0.0), max(known, default=0.0) - min(known, default=0.0)
+    if not spread:
+        return least
+    return min(max(least, math.floor(math.log10(size)) - math.floor(math.log10(spread)) + 3), MOST_DIGITS)
 
 
 def typographic(text: str) -> str:

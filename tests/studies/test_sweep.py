@@ -324,6 +324,20 @@ def test_draws_give_a_histogram_and_quantiles(tmp_path: Path) -> None:
     assert "seed 1" in html
 
 
+def test_values_have_the_digits_that_tell_them_apart(tmp_path: Path) -> None:
+    """With three digits of their spread they are off by up to a 200th of it."""
+    _, view = page_of(tmp_path, "orbit.altitude_m=normal(4e5, 0.5)", runs=9)
+    own = read_table(tmp_path, "sweep", "measures").query("quantity == 'final(altitude_m)'")["value"]
+    shown = [float(text) for text in view.quantiles[0]["values"]]
+    rounding = (own.quantile(0.95) - own.quantile(0.05)) / 200.0
+    np.testing.assert_allclose(shown, own.quantile([0.05, 0.25, 0.5, 0.75, 0.95]), rtol=0.0, atol=rounding)
+    (median,) = re.findall(r"median, ([\d.]+\d)\.", view.panels[0].note)
+    assert float(median) == pytest.approx(own.median(), rel=0.0, abs=np.ptp(own) / 200.0)
+    at = view.headings.index("#final(altitude_m)")
+    listed = [float(row["values"][at]) for row in view.rows]
+    np.testing.assert_allclose(listed, own, rtol=0.0, atol=np.ptp(own) / 200.0)
+
+
 def test_draws_along_a_grid_give_a_median_between_quantiles(tmp_path: Path) -> None:
     _, view = page_of(tmp_path, "orbit.altitude_m=normal(4e5, 1e3)", "orbit.speed_factor=1,1.1", runs=5)
     assert "5 to 95 % of the draws" in view.panels[0].note
