@@ -58,6 +58,10 @@ if TYPE_CHECKING:
 
 STUDIED = "all that are installed, also those that only studies need"
 SHOWN_RAD = (1e-4, 1e-6, 1e-8)  # errors whose times the command prints; the page has more
+HOW_REACHED = (
+    "Times are interpolated between an engine's runs; beside each is the setting of the cheapest run that reaches the "
+    "error. ≤: the coarsest run is already more accurate."
+)
 PARTS = ("evaluation", "trajectories", "engines", "times")
 ENSEMBLE_ENGINE = "reference-fast"
 SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
@@ -91,18 +95,31 @@ def cost(
 
 def show_reach(out: Path) -> None:
     """Print time and setting with which each engine reaches some errors of the attitude, scene by scene."""
-    from reports.results.cost import read_cost
-    from reports.text.numerals import decade, span
+    from reports.results.cost import busy_machine, read_cost
+    from reports.text.numerals import decade
 
-    reach = read_cost(out).reach
+    tables = read_cost(out)
+    reach = tables.reach
     own = reach[(reach.quantity == "attitude") & (reach.measure == "seconds") & reach.target.isin(SHOWN_RAD)]
     for scene, found in own.groupby("scene", sort=False):
         rows = [
-            (engine, *(f"{span(row.cost)}  {row.reached_by}" if row.reached_by else row.reason or row.status
-                       for row in targets.sort_values("target", ascending=False).itertuples()))
+            (str(engine), *map(reach_words, targets.sort_values("target", ascending=False).itertuples()))
             for engine, targets in found.groupby("engine", sort=False)
-        ]  # fmt: skip
+        ]
         show_rows((str(scene), *(f"{decade(target)} rad" for target in SHOWN_RAD)), rows)
+    if len(own):
+        say(HOW_REACHED)
+        if busy := busy_machine(tables.record):
+            say(f"The machine was busy: {busy} while times were taken. Ratios of times may be off.")
+
+
+def reach_words(row: Any) -> str:
+    """Time in which an engine reaches an error, and the setting of a run that does; or why it reaches none."""
+    from reports.text.numerals import span
+
+    if not row.reached_by:
+        return str(row.reason or row.status)
+    return f"{'≤ ' if row.status == 'at most' else ''}{span(row.cost)}  {row.reached_by}"
 
 
 @click.command(

@@ -26,8 +26,8 @@ def load_row(engine: str, share: float, low: float, high: float) -> dict[str, ob
     return named | times | {"share": share, "share_low": low, "share_high": high}
 
 
-def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
-    """Write the tables of a study."""
+def write(folder: Path, points: pd.DataFrame, *, finished: bool = True, **more: Any) -> Path:
+    """Write the tables of a study; `more` joins its record."""
     times = times_of(points)
     points = points.assign(on_front=front_of(points))
     engines = dict.fromkeys(points.engine, REFERENCE)
@@ -47,7 +47,7 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
         },
         "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],
     }
-    return write_results(folder, FILES, made, record)
+    return write_results(folder, FILES, made, record | more)
 
 
 def study() -> pd.DataFrame:

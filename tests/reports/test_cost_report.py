@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from markupsafe import escape
 
+from barchain.cli.studies import show_reach
 from reports.chapters.cost import ALONE, share_text, view_cost
 from reports.plotting.families import (
     SOLID_AND_DASHED,
@@ -22,6 +24,7 @@ from reports.render import render, render_study
 from reports.results.cost import KINDS
 from reports.text.numerals import decade, ratio_text, span_text
 from tests.reports.cost_tables import study, write
+from tests.studies.cost_points import engine_points, table
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
 
@@ -70,6 +73,20 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
 def test_equal_tables_give_equal_bytes(tmp_path: Path) -> None:
     first, second = (render_study("cost", write(tmp_path / name, study())) for name in "ab")
     assert first.page.read_bytes() == second.page.read_bytes()
+
+
+def test_the_terminal_marks_interpolated_times_and_those_of_a_coarsest_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At an order of 2 and 1 s a step, 1e-4 rad takes 1000 steps: between two runs."""
+    points = table(engine_points("coarse", 2.0, 1.0, [20, 1500]), engine_points("fine", 8.0, 1.0, [40, 80]))
+    show_reach(write(tmp_path, points, other_processors=2.0))
+    head, coarse, fine, *notes = capsys.readouterr().out.splitlines()
+    assert "10⁻⁴ rad" in head
+    assert re.search(r"coarse +16 min 40 s +steps_per_orbit=1500", coarse)
+    assert re.search(r"fine +≤ 40 s +steps_per_orbit=40", fine)
+    assert "interpolated" in " ".join(notes)
+    assert "The machine was busy: other processes used 2.0 processors" in " ".join(notes)
 
 
 def test_a_study_that_was_cut_off_says_so(tmp_path: Path) -> None:
