@@ -14,7 +14,7 @@ from scenarios.named_file import UnreadableError
 from scenarios.nearest import nearest_name, nearest_scene
 from scenarios.text import is_scene_name, shorten, visible
 from scenarios.toml.changing import current_tables, merged
-from scenarios.toml.faults import counted_from_one, fault_lines
+from scenarios.toml.faults import fault_lines
 from scenarios.toml.field_types import type_faults, with_plain_numbers, with_types_of, without_numpy
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import read_text, tables_of
@@ -22,7 +22,7 @@ from scenarios.toml.resolve import IncompleteError, resolve
 from scenarios.toml.start_table import need_met_laws, with_state
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from scenarios.scene import Scene
 
@@ -217,14 +217,9 @@ def scene_of(tables: dict[str, Any], name: str, file: str, folder: Path = Path()
             need_met_laws(scene)
         return scene
     except ValidationError as error:
-        raise SceneError(told(file, fault_lines(error))) from None
+        raise SceneError("\n".join(f"{file}: {line}" for line in fault_lines(error))) from None
     except (IncompleteError, LimitError) as error:
-        raise SceneError(told(file, [str(error)])) from None
-
-
-def told(file: str, lines: Iterable[str]) -> str:
-    """Message on the faults of a file, whose lists and tables count from 1 as those of sweeps do."""
-    return "\n".join(f"{file}: {counted_from_one(line)}" for line in lines)
+        raise SceneError(f"{file}: {error}") from None
 
 
 def check_scene(scene: Scene) -> Scene:
@@ -257,6 +252,6 @@ def check_scene(scene: Scene) -> Scene:
         raise SceneError(f"{scene.name}: a field of the scene is not of its type: {error}") from None
     faults = list(type_faults(scene, found))
     if faults:
-        raise SceneError(told(scene.name, faults))
+        raise SceneError("\n".join(f"{scene.name}: {line}" for line in faults))
     checked: Scene = with_types_of(scene, found)
     return checked

@@ -37,7 +37,7 @@ def check_all(scene: SceneTables) -> Iterator[str]:
 def check_prescriptions(scene: SceneTables) -> Iterator[str]:
     """Check that the turns of a bar make one law, and that it has a neighbour if a motor in a joint drives it."""
     seen: dict[int, list[PrescribedRotationTable]] = {}
-    for i, p in enumerate(scene.effects.prescribed_rotation):
+    for i, p in enumerate(scene.effects.prescribed_rotation, start=1):
         where, others = f"effects.prescribed_rotation[{i}]", seen.setdefault(p.bar, [])
         if others and (p.frame, p.actuator) != (others[0].frame, others[0].actuator):
             yield (
@@ -72,19 +72,19 @@ def joint_of_motor(bar: int) -> int:
 def check_bars(scene: SceneTables) -> Iterator[str]:
     """Check that prescribed rotations, thrusts and impulses are on bars of the chain, and motors in its joints."""
     for name in ("prescribed_rotation", "thrust", "impulse"):
-        for i, p in enumerate(getattr(scene.effects, name)):
+        for i, p in enumerate(getattr(scene.effects, name), start=1):
             if p.bar > scene.chain.bars:
                 yield f"effects.{name}[{i}].bar: {p.bar} given, allowed: 1 to {scene.chain.bars}"
     springs, joints = scene.effects.joint_spring_damper, scene.chain.bars - 1
     driven = [motor.joint for motor in scene.effects.joint_torque]
     moved = [point.joint for point in springs.set_point] if springs and joints else []
     for name, numbers in (("joint_torque", driven), ("joint_spring_damper.set_point", moved)):
-        for i, joint in enumerate(numbers):
+        for i, joint in enumerate(numbers, start=1):
             if joint > joints:
                 allowed = f"1 to {joints}" if joints else "two bars or more; the chain has one and no joint"
                 yield f"effects.{name}[{i}].joint: {joint} given, allowed: {allowed}"
-    for i, joint in enumerate(moved):
-        if joint in moved[:i]:
+    for i, joint in enumerate(moved, start=1):
+        if joint in moved[: i - 1]:
             yield (
                 f"effects.joint_spring_damper.set_point[{i}].joint: {joint} has a set point already; "
                 "allowed: one for each joint"
@@ -184,7 +184,7 @@ def check_end_bodies(scene: SceneTables) -> Iterator[str]:
     if effects.gravity == "slender":
         yield 'effects.gravity: "slender" given, allowed with an end body: none, point, gradient, quadrupole'
     for name in ("thrust", "impulse"):
-        for i, push in enumerate(getattr(effects, name)):
+        for i, push in enumerate(getattr(effects, name), start=1):
             if any((push.bar, push.end) == outer[end] for end in ends):
                 yield (
                     f"effects.{name}[{i}].end: {push.end} given, the end that end body {push.bar} does not have; "

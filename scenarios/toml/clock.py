@@ -38,13 +38,13 @@ def later(table: EffectsTable, start_s: float) -> EffectsTable:
     thrusts = [later_sizes(one, "force_N", start_s) for one in table.thrust]
     motors = [later_sizes(one, "torque_N_m", start_s) for one in table.joint_torque]
     springs = table.joint_spring_damper
-    for i, impulse in enumerate(table.impulse):
+    for i, impulse in enumerate(table.impulse, start=1):
         if math.isclose(impulse.at_s, start_s, rel_tol=1e-9):
             raise ValueError(
                 f"effects.impulse[{i}].at_s: {impulse.at_s:g} given, the instant of the start, run.start_s; allowed: "
                 "before it or after it"
             )
-    laws = [later_turn(i, law, start_s) for i, law in enumerate(table.prescribed_rotation)]
+    laws = [later_turn(i, law, start_s) for i, law in enumerate(table.prescribed_rotation, start=1)]
     moving = {law.bar for law in laws if law.amplitude_deg != 0.0}
     return table.model_copy(update={
         "prescribed_rotation": [law for law in laws if law.amplitude_deg != 0.0 or law.bar not in moving],

@@ -5,7 +5,6 @@ The file is a scene, or of another model (`root`) that is made of the same kinds
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any, get_origin
 
 from pydantic import BaseModel
@@ -35,20 +34,6 @@ BOUNDS = {
     "less_than_equal": ("at most", "le"),
 }
 """Kinds of faults of a number outside its bounds, and for each the words before the bound and its name in the fault"""
-
-
-INDEX, INNER_INDEX = re.compile(r"\[(\d+)\](?=[.\[]|$)"), re.compile(r"\[(\d+)\](?=\.)")
-"""Indices in a path, and those before its last name"""
-
-
-def counted_from_one(line: str) -> str:
-    """Line on a fault whose path, up to the colon, counts lists and tables from 1, as bars do; it had Python's indices.
-
-    An unknown key stays as it is in the file, which may write ``"thrust[1]"``.
-    """
-    path, colon, rest = line.partition(": ")
-    index = INNER_INDEX if rest.startswith("unknown key") else INDEX
-    return index.sub(lambda found: f"[{int(found[1]) + 1}]", path) + colon + rest
 
 
 def fault_lines(error: ValidationError, root: type[BaseModel] = SceneFile) -> list[str]:
@@ -151,10 +136,10 @@ def keys_only(loc: Sequence[int | str]) -> list[int | str]:
 
 
 def key_path(loc: Sequence[int | str]) -> str:
-    """``chain.mass_kg[2]`` from pydantic's location; lists count from 0, as Python does."""
+    """``chain.mass_kg[2]`` from pydantic's location; lists count from 1, as bars do."""
     text = ""
     for part in loc:
-        text += f"[{part}]" if isinstance(part, int) else f".{visible(part, MOST_KEY)}"
+        text += f"[{part + 1}]" if isinstance(part, int) else f".{visible(part, MOST_KEY)}"
     return text.lstrip(".") or "scene"
 
 

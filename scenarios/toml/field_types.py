@@ -94,5 +94,5 @@ def type_faults(given: Any, found: Any, where: str = "") -> Iterator[str]:
             name = f"{where}.{field.name}" if where else field.name
             yield from type_faults(getattr(given, field.name), getattr(found, field.name), name)
     elif isinstance(found, tuple):
-        for number, (one, other) in enumerate(zip(given, found, strict=True)):
+        for number, (one, other) in enumerate(zip(given, found, strict=True), start=1):
             yield from type_faults(one, other, f"{where}[{number}]")

@@ -196,16 +196,16 @@ def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, ba
     laws: dict[int, list[PrescribedRotation]] = {}
     bodies, impulses = [], []
     run_s = float(times_s[-1])
-    for i, law in enumerate(table.prescribed_rotation):
+    for i, law in enumerate(table.prescribed_rotation, start=1):
         with located(f"effects.prescribed_rotation[{i}]"):
             turns = turns_of(law, times_s)
         for turn in turns:
             one = converted(PrescribedRotation, law, **vars(turn), further=())
             laws.setdefault(law.bar, []).append(one)
-    for i, third in enumerate(table.third_body):
+    for i, third in enumerate(table.third_body, start=1):
         with located(f"effects.third_body[{i}].distance_m"):
             bodies.append(resolve_third_body(third, body, radius0_m))
-    for i, impulse in enumerate(table.impulse):  # at the start it would be another initial state
+    for i, impulse in enumerate(table.impulse, start=1):  # at the start it would be another initial state
         at_s = on_sample(impulse.at_s, times_s)
         if not 0.0 < at_s < run_s:
             raise IncompleteError(
@@ -223,9 +223,12 @@ def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, ba
         joint_spring_damper=None if springs is None else resolve_springs(springs, bars - 1),
         joint_torque=(
             *(() if springs is None else set_points(springs, bars - 1, times_s)),
-            *(resolve_sizes(JointTorque, "joint_torque", i, t, times_s) for i, t in enumerate(table.joint_torque)),
+            *(
+                resolve_sizes(JointTorque, "joint_torque", i, t, times_s)
+                for i, t in enumerate(table.joint_torque, start=1)
+            ),
         ),
-        thrust=tuple(resolve_sizes(Thrust, "thrust", i, t, times_s) for i, t in enumerate(table.thrust)),
+        thrust=tuple(resolve_sizes(Thrust, "thrust", i, t, times_s) for i, t in enumerate(table.thrust, start=1)),
         impulse=tuple(impulses),
     )
 
@@ -336,7 +339,7 @@ def set_points(table: JointSpringDamperTable, joints: int, times_s: Array) -> It
     Where the slope of s changes, a damper's torque jumps.
     """
     springs, run_s = resolve_springs(table, joints), float(times_s[-1])
-    for i, point in enumerate(table.set_point):
+    for i, point in enumerate(table.set_point, start=1):
         with located(f"effects.joint_spring_damper.set_point[{i}]"):
             instants = table_on_samples(point.times_s, times_s)
         k = point.joint - 1

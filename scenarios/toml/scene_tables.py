@@ -205,7 +205,7 @@ class ChainTable(Table):
             )
         if self.inertia_kg_m2 is None and set(each(self.com_share, self.bars - len(ends))) != {MIDWAY}:
             raise ValueError("com_share is given without inertia_kg_m2, which is that of a uniform bar by default")
-        for i, point in enumerate(self.joint_mass, start=1):  # behind the path of the table, so counted from 1 here
+        for i, point in enumerate(self.joint_mass, start=1):
             if point.joint >= self.bars:
                 raise ValueError(f"joint_mass[{i}].joint: {point.joint} given, allowed: 1 to {self.bars - 1}")
         for keys in (ANGLE_KEYS, RATE_KEYS):
