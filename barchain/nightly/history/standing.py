@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from barchain.nightly.history.levels import JudgedNight, Level, Step
 
 
+ELSEWHERE = 1.5
+"""Largest increase by one cause over that beside another one: ×1.202 there was ×1.21 alone in a program's figures"""
+
+
 @dataclass(frozen=True)
 class Standing:
     """State of a figure that is worse than it was."""
@@ -95,27 +99,31 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     figure that becomes better afterwards may be no worse again.
     """
     allowed, before, result = row.level, row.level, row.level  # what it may be, what it was; the last that is there
+    most = row.level  # what it may be at most: the same, and more beside an accepted step
     opened: list[Step] = []  # steps for the worse that nobody accepted
     covering, steps = None, steps_of_now(row)
     days: list[str] = []  # of the accepted steps that raised what it may be
     for step in steps:
         if allowed.missing and not step.now.missing:
-            allowed = result
+            allowed = most = result
         names = [i.name for i in names_since(step.night, row.told.identity, row.earlier)]
         since = opened[0].night if opened else step.night
         whole, alone = ([one for one in known if one.reaches(step.night, n, names)] for n in (since, step.night))
         if whole:
             allowed, opened, covering, days = step.now, [], latest_of(whole), [step.night[:10]]
+            most = allowed
         elif alone:
-            allowed, covering = raised(allowed, before, step.now), latest_of(alone)
+            covering = latest_of(alone)
+            allowed, most = raised(allowed, before, step.now), raised(most, before, step.now, ELSEWHERE)
             days.append(step.night[:10])
-            opened = opened if is_above(allowed, step.now) else []
-        elif not is_above(allowed, step.now):
-            allowed, opened = (allowed if opened else step.now), []
+            opened = opened if is_above(most, step.now) else []
+        elif not is_above(most, step.now):
+            allowed, most = (allowed, most) if opened else (step.now, step.now)
+            opened = []
         elif not opened or is_above(before, step.now):
             opened.append(step)
         before, result = step.now, (result if allowed.missing else allowed)
-    if not opened and is_above(allowed, row.told):
+    if not opened and is_above(most, row.told):
         opened = [steps[-1]]
     if opened or covering is None:
         beside = f" with the accepted step of {' and '.join(days)}" if days else ""
@@ -143,14 +151,16 @@ def latest_of(known: Iterable[Acceptance]) -> Acceptance:
     return max(known, key=lambda one: one.date)
 
 
-def raised(allowed: Figure, was: Figure, now: Figure) -> Figure:
+def raised(allowed: Figure, was: Figure, now: Figure, share: float = 1.0) -> Figure:
     """What an error may be with a step that is accepted while an earlier one is not: larger by the accepted factor.
 
-    Of an accepted ×1.2 beside an open ×5 no more than ×1.2 may stay once the other cause is gone.
+    Errors of two causes neither add nor multiply exactly: once the other cause is gone, a `share` of what was accepted
+    may stay, of an accepted ×1.2 beside an open ×5 at most ×1.3.
     """
     if allowed.identity.kind is not FigureKind.ERROR or not (allowed.value and was.value and now.value):
         return allowed
-    return dataclasses.replace(allowed, value=allowed.value * max(now.value / was.value, 1.0))
+    more = max(now.value / was.value - 1.0, 0.0)
+    return dataclasses.replace(allowed, value=allowed.value * (1.0 + share * more))
 
 
 def change_since(row: Level, was: Figure, steps: Sequence[Step], earlier: str = "") -> Change:

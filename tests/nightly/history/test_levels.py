@@ -69,10 +69,11 @@ def test_accepting_a_small_step_does_not_accept_the_large_one_before_it(store: N
 
 def test_an_accepted_step_stays_accepted_once_the_open_one_before_it_is_undone(store: NightStore) -> None:
     accept(store, [add(store, 1, 5, 6).tonight[0]], "Ada", "a cheaper step")
-    add(store, 1.2)
-    assert (red(store), held(store)) == ([], pytest.approx([1.2]))
+    for alone in (1.2, 1.22):  # two causes of errors do not multiply exactly
+        add(store, alone)
+        assert (red(store), held(store)) == ([], pytest.approx([alone]))
     add(store, 5)
-    assert red(store) == [(pytest.approx(5.0 / 1.2), 1)]
+    assert red(store) == [(pytest.approx(5.0 / 1.22), 1)]
 
 
 def test_an_accepted_step_lets_no_larger_one_through_once_the_open_one_before_it_is_undone(store: NightStore) -> None:
