@@ -158,7 +158,7 @@ def test_one_missed_fault_fails_and_false_alarms_may_be_half_a_percent() -> None
     assert not passed([*several(Rating.PASS, 150), *several(Rating.FALSE_ALARM, 2)])
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_benchmark_prints_ratings_and_rates_and_goes_on_from_its_runs(tmp_path: Path) -> None:
     """Of a fault that wrong declarations alone are, and of one that a verdict detects."""
     words = f"1 --seed {FREE} --engine exudyn --host reference --fault sign-reaction --fault declares-noise"

@@ -23,7 +23,9 @@ def shell(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.slow
 @posix
-@pytest.mark.parametrize("streams", ["<&- >&- 2>&-", pytest.param("2>/dev/full", marks=needs_full)])
+@pytest.mark.parametrize(
+    "streams", ["<&- >&- 2>&-", pytest.param("2>/dev/full", marks=[needs_full, pytest.mark.exhaustive])]
+)
 def test_closed_streams_and_a_full_standard_error_cost_no_run(streams: str, tmp_path: Path) -> None:
     made = shell(f"{COMPARE} {streams}", tmp_path)
     assert made.returncode == 0, made.stderr

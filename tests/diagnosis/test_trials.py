@@ -70,7 +70,7 @@ def test_another_gravitational_parameter_is_named_by_its_value_from_the_track_al
 
 @pytest.mark.parametrize(("scene", "effect", "field", "factor"), [
     pytest.param("effects/drag", "drag", "density_kg_m3", 0.5, marks=pytest.mark.exhaustive),
-    pytest.param("effects/solar_pressure", "solar_pressure", "pressure_Pa", 2.0, marks=pytest.mark.slow),
+    pytest.param("effects/solar_pressure", "solar_pressure", "pressure_Pa", 2.0, marks=pytest.mark.exhaustive),
     ("effects/oblateness", "oblateness", "j2", 1.1),
 ])  # fmt: skip
 def test_another_strength_of_an_effect_is_named_from_the_track_alone(
@@ -255,7 +255,7 @@ def test_of_one_axis_a_thrust_s_direction_and_instants_are_told_beside_what_look
     pytest.param("drag", "altitude_m", 1.01, "drag-density_kg_m3", "altitude of the air's density is 1.01 times",
                  marks=pytest.mark.exhaustive),
     pytest.param("solar_pressure", "width_m", 0.7, "solar_pressure-pressure_Pa", "width for the sunlight is 0.7 times",
-                 marks=pytest.mark.slow),
+                 marks=pytest.mark.exhaustive),
 ])  # fmt: skip
 def test_numbers_that_scale_an_effect_are_told_beside_its_strength(
     effect: str, field: str, factor: float, same: str, said: str

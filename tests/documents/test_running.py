@@ -9,7 +9,7 @@ from tests.structure.product import ROOT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
 ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/documents/test_notebook.py"}
-BY_HAND = {"first_comparison", "nightly_for_your_project", "reading_roundoff"}
+BY_HAND = {"first_comparison", "nightly_for_your_project", "reading_roundoff", "your_own_scene"}
 """Tutorials whose commands other tests run smaller"""
 PAGES = [
     pytest.param(path, id=path.stem, marks=pytest.mark.exhaustive if path.stem in BY_HAND else pytest.mark.slow)

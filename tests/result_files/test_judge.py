@@ -234,7 +234,7 @@ def test_digits_that_were_not_written_are_an_error_bar_and_hide_nothing_larger(j
     assert judged(moved, Declared(), float_format=digits).outcome is Outcome.INCONSISTENT
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_file_without_a_declared_accuracy_passes_at_the_one_that_it_has(table, judged):
     found = judged(table, Declared())
     assert found.passed
