@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
 from barchain.conform.errors import ALL_RUNS_SHARE, ASYMPTOTIC, compared, repeated_scene, setting_runs, slopes_above
 from barchain.conform.noise import COMMON_SHARE
-from barchain.conform.physics import SHARED, unsupported_check
+from barchain.conform.physics import INDEPENDENT, unsupported_check
 from barchain.conform.runs import TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
 from barchain.judge.diagnosis.mistake import SINGLE_PRECISION, looks_single
@@ -115,8 +115,12 @@ def stays(pair: Compared) -> str:
 
 
 def single_hint(pair: Compared) -> str:
-    """Hint at single precision, if both errors are of the size that it leaves, and the runs do not share them."""
-    single = all(looks_single(e) for e in (pair.coarse, pair.fine)) and pair.apart >= SHARED * pair.fine
+    """Hint at single precision, if both errors are of the size that it leaves, and random.
+
+    Two random errors differ by as much as the larger of them. What each step adds anew, a damping, is proportional.
+    """
+    random = pair.apart >= INDEPENDENT * max(pair.coarse, pair.fine)
+    single = random and all(looks_single(error) for error in (pair.coarse, pair.fine))
     return f". {SINGLE_PRECISION}" if single else ""
 
 

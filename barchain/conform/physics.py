@@ -57,8 +57,8 @@ DEPENDENT = (
     "the result depends on the runs before it: in a process of its own the scene gives other numbers. Something is "
     "kept from run to run, in the module or in the class"
 )
-SHARED = 0.1
-"""Largest difference of two runs, relative to their error, of an error that both share"""
+INDEPENDENT = 0.8
+"""Least difference of two runs over the larger of their errors if these are random: of a damping by steps it is 1/2"""
 SAME = 1e-9
 """Largest relative difference of results that count as the same: a library's sums may depend on where arrays lie"""
 
@@ -290,7 +290,7 @@ def round_off_words(verdict: Verdict, coordinates: Coordinates, evidence: Eviden
 def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -> Check:
     """Failed check of a scene, with its diagnosis and words on what such scenes have in common."""
     relative = relative_difference(found.wrong)
-    random = found.own is None or found.own.scatters
+    random = found.own is None or (bool(found.own.departure) and found.own.scatters)  # seen between samples, too
     single = looks_single(relative) and not found.explanations and not systematic(found) and random
     hint = f" {single_words(relative)}" if single else ""
     sizes = "; ".join(f"{WORDS[w.quantity]} {w.words}" for w in found.wrong)
@@ -303,9 +303,9 @@ def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -
 
 
 def systematic(found: Diagnosis) -> bool:
-    """Whether the engine's runs at two settings share the largest difference: rounding would tell them apart."""
+    """Whether the engine's runs at two settings share the largest difference, or a part of it: rounding does not."""
     worst = max(found.wrong, key=lambda w: w.difference / w.size if w.size else 0.0)
-    return found.own is not None and found.own.apart(worst.quantity) < SHARED * worst.difference
+    return found.own is not None and found.own.apart(worst.quantity) < INDEPENDENT * worst.difference
 
 
 def at_setting(engine: Declarations, setting: Setting) -> str:

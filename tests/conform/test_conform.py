@@ -9,12 +9,14 @@ from xml.etree import ElementTree
 
 import pytest
 
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import engines
 from barchain.cli.main import run
 from barchain.conform import Extent, assert_conforms, conform, target
-from barchain.conform.accuracy import accuracy
+from barchain.conform.accuracy import accuracy, single_hint
 from barchain.conform.behaviour import TIMES, behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
+from barchain.conform.errors import Compared
 from barchain.conform.junit import write_junit
 from barchain.conform.runs import START_S
 from barchain.conform.target import extent_of
@@ -287,6 +289,16 @@ def test_differences_as_single_precision_leaves_them_are_told() -> None:
         "Single precision inside an engine"
         in failed(examined("SingleState", "accuracy"))["errors fall with the setting"]
     )
+
+
+@pytest.mark.parametrize(("coarse", "fine", "apart", "told"), [(1e-6, 1.2e-6, 1.4e-6, True), (1e-6, 2e-6, 1e-6, False)])
+def test_errors_that_double_with_the_steps_are_not_told_as_single_precision(
+    coarse: float, fine: float, apart: float, told: bool
+) -> None:
+    """A damping in each step; two random errors differ by as much as they are."""
+    settings = Setting(AccuracyParameter.STEPS_PER_ORBIT, 100.0), Setting(AccuracyParameter.STEPS_PER_ORBIT, 200.0)
+    pair = Compared(coarse, fine, settings, 50, 2.0, True, True, quantity="attitude", apart=apart)
+    assert ("Single precision" in single_hint(pair)) is told
 
 
 @pytest.mark.exhaustive
