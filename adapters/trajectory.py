@@ -285,9 +285,11 @@ class Trajectory:
     @property
     def clock_s(self) -> float:
         """What the clock of the effects' instants shows at the start of the run, s; 0 without its scene."""
+        if self.run_scene is None:  # in a worker, which loads no files' models
+            return 0.0
         from scenarios.toml.changing import clock_at_start
 
-        return 0.0 if self.run_scene is None else clock_at_start(self.run_scene)
+        return clock_at_start(self.run_scene)
 
     def samples(self, rows: slice | NDArray[np.intp]) -> Trajectory:
         """Some of the samples, in every array, as a trajectory."""
@@ -326,15 +328,12 @@ def drawing(kind: str) -> Callable[..., Any]:
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     """Table with one row per sample; a quantity that the engine lacks has no column.
 
-    Columns: ``t_s``, then those of :data:`scenarios.channels.IN_COLUMN_ORDER`. A run that started later than the clock
-    of its effects has ``clock_s`` besides. Where `torque_bars` is not known, a
-    torque is ``torque_law_p_N_m``, p the number of the prescribed rotation.
+    Columns: those of :func:`instants`, then those of :data:`scenarios.channels.IN_COLUMN_ORDER`. Where `torque_bars` is
+    not known, a torque is ``torque_law_p_N_m``, p the number of the prescribed rotation.
     """
     import pandas as pd  # a worker makes no tables
 
-    columns: dict[str, Array] = {TIME: trajectory.t_s}
-    if trajectory.clock_s:
-        columns[CLOCK] = trajectory.clock_s + trajectory.t_s
+    columns = instants(trajectory)
     for channel in IN_COLUMN_ORDER:
         values = getattr(trajectory, channel.array)
         if values is None:
@@ -346,6 +345,13 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
         else:
             columns |= dataclasses.replace(channel, stems=OF_LAW).split(values)
     return pd.DataFrame(columns)
+
+
+def instants(trajectory: Trajectory) -> dict[str, Array]:
+    """Column ``t_s``, and ``clock_s`` of a run that started later than the clock of its effects, (n,) s each."""
+    start_s = trajectory.clock_s
+    later = {CLOCK: start_s + trajectory.t_s} if start_s else {}
+    return {TIME: trajectory.t_s} | later
 
 
 def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:

@@ -14,7 +14,7 @@ from reports.motion.animation import FRAMES, default_frame, film, moving_chains,
 from reports.motion.charts import ALL_CHANNELS, EVERY, TIME_UNITS, Chosen, DrawingError, Run, columns_of, fitting_unit
 from reports.motion.figure import draw, picture
 from reports.results.writing import write_atomically
-from scenarios.channels import CHANNELS, TIME
+from scenarios.channels import CHANNELS, CLOCK, TIME
 from scenarios.derived_channels import DERIVED_CHANNELS
 from scenarios.nearest import nearest
 from scenarios.text import shorten
@@ -90,8 +90,8 @@ def with_channel(run: Run, channel: str) -> Run:
         raise DrawingError(f"no column of {channel}{needs}")
     if run.scene is None:
         raise DrawingError(f"{channel} is computed, which needs the scene of the run (--of SCENE, Trajectory.of_run)")
-    added = chosen_columns(from_frame(run.table).of_run(run.scene), [channel]).drop(columns=TIME)
-    return replace(run, table=pd.concat([run.table, added], axis=1))
+    added = chosen_columns(from_frame(run.table).of_run(run.scene), [channel])
+    return replace(run, table=pd.concat([run.table, added.drop(columns=[TIME, CLOCK], errors="ignore")], axis=1))
 
 
 def plot(

@@ -14,13 +14,14 @@ import numpy as np
 import pandas as pd
 
 from adapters.common.reference_model import chain_model
+from adapters.trajectory import instants
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
 from reference_impl.model import invariants
 from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
 from reference_impl.model.kinematics import consistent_state, cross, directions, relative_positions
-from scenarios.channels import CHANNELS, TIME, Of
+from scenarios.channels import CHANNELS, Of
 from scenarios.derived_channels import DERIVED_CHANNELS, channel_of
 from scenarios.effect_types import Gravity
 from scenarios.nearest import nearest
@@ -404,7 +405,7 @@ def chosen_columns(trajectory: Trajectory, names: Iterable[str]) -> pd.DataFrame
         If the trajectory lacks one, or what it is computed of.
     """
     motion = Motion(trajectory)
-    found = {TIME: trajectory.t_s}
+    found = instants(trajectory)
     for name in names:
         channel = channel_of(name)
         own = channel_columns(motion, channel.name if channel else name)

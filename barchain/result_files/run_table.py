@@ -16,6 +16,7 @@ from scenarios.channels import CLOCK, TIME
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
     from pathlib import Path
 
 COMPARED = "trajectories"
@@ -24,7 +25,7 @@ PARQUET = ".parquet"
 
 
 def read_run_table(path: Path) -> pd.DataFrame:
-    """Time and channels of a file, n rows in SI units; the time of a run that goes on is that of its clock.
+    """Time and channels of a file, n rows in SI units; of a run that goes on its clock, too.
 
     Raises
     ------
@@ -36,7 +37,7 @@ def read_run_table(path: Path) -> pd.DataFrame:
     if not known:
         there = ", ".join(map(str, found.columns[:8]))
         raise TableError(f"{path.name} has no column of `simulate` beside {TIME}, such as angle_1_rad; it has {there}")
-    found = found[[TIME, *known]] if CLOCK not in found else found[[CLOCK, *known]].rename(columns={CLOCK: TIME})
+    found = found[[*instants_in(found.columns), *known]]
     if len(found) < 2 or not (np.diff(found[TIME].to_numpy(float)) >= 0.0).all():
         raise TableError(f"{path.name}: {TIME} does not rise over two rows at least")
     return found
@@ -54,8 +55,7 @@ def of_text(path: Path) -> pd.DataFrame:
     if TIME not in table.names:
         raise TableError(f"{table.file} has no column {TIME}{nearest(TIME, table.names)}; columns are as in `simulate`")
     texts = dict(zip(table.names, table.columns, strict=True))
-    clock = [CLOCK] if CLOCK in table.names else []
-    wanted = [TIME, *clock, *known_columns(pd.DataFrame(columns=table.names))]
+    wanted = [*instants_in(table.names), *known_columns(pd.DataFrame(columns=table.names))]
     values = {}
     try:
         comma = decimal_comma(texts[name] for name in wanted)
@@ -66,6 +66,11 @@ def of_text(path: Path) -> pd.DataFrame:
     except ValueError as error:
         raise TableError(f"{table.file}: {error}") from None
     return pd.DataFrame(values | {name: np.nan for name in table.names if name not in values})
+
+
+def instants_in(names: Collection[str]) -> list[str]:
+    """Columns of the time, and of the clock where there is one."""
+    return [name for name in (TIME, CLOCK) if name in names]
 
 
 def known_columns(table: pd.DataFrame) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from reports.plotting.series import numbered
-from scenarios.channels import CHANNELS, STORED, TIME, Of
+from scenarios.channels import CHANNELS, CLOCK, STORED, TIME, Of
 from scenarios.derived_channels import DERIVED
 from scenarios.effect_types import Gravity
 
@@ -55,8 +55,8 @@ class Run:
 
     @property
     def t_s(self) -> Array:
-        """Instants, (n,) s."""
-        found: Array = self.table[TIME].to_numpy(float)
+        """Instants that are drawn, (n,) s: of a run that goes on those of its clock, so that it follows the first."""
+        found: Array = self.table[CLOCK if CLOCK in self.table else TIME].to_numpy(float)
         return found
 
     @property

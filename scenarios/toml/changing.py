@@ -91,4 +91,6 @@ def current_tables(scene: Scene) -> Data:
 
 def clock_at_start(scene: Scene) -> float:
     """Time that the clock of the effects' instants shows at the start of a scene, s."""
-    return float(current_tables(scene)["run"].get("start_s") or 0.0)
+    if scene.given is None or not scene.given["run"].get("start_s"):
+        return 0.0
+    return float(current_tables(scene)["run"].get("start_s") or 0.0)  # none where effects were changed in Python

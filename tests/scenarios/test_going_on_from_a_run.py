@@ -14,7 +14,11 @@ from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain import latched
+from barchain.drawing import with_channel
+from barchain.metrics.derived import chosen_columns
+from barchain.result_files.run_table import read_run_table
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
+from reports.motion.charts import Run
 from scenarios import SceneError, change_scene, go_on, load_scene, make_scene
 from scenarios.toml.start_table import OWN
 from scenarios.toml.writing import scene_data, toml
@@ -272,3 +276,20 @@ def test_runs_that_go_on_follow_each_other_in_time() -> None:
     joined = whole.samples(slice(30)).continued(second)
     np.testing.assert_allclose(joined.t_s, whole.t_s)
     np.testing.assert_allclose(joined.com_m, whole.com_m, atol=1e-3)
+
+
+def test_a_run_that_goes_on_is_drawn_after_the_first_and_its_channels_are_those_of_its_own_times(
+    tmp_path: Path,
+) -> None:
+    """The motor's table goes on inside: at the clock's times the second scene has another torque."""
+    scene = load_scene("conform/joint_torque_alone")
+    half_s = float(run(scene).t_s[20])
+    second = go_on(scene, run(scene).state(half_s), {"run": {"duration_s": 300.0, "samples": 11}})
+    motion = run(second)
+    motion.to_frame().to_csv(tmp_path / "second.csv", index=False)
+    drawn = with_channel(Run("second", read_run_table(tmp_path / "second.csv"), second), "joint_torque")
+    np.testing.assert_allclose(drawn.t_s, half_s + motion.t_s)
+    right = chosen_columns(motion, ["joint_torque"])
+    np.testing.assert_array_equal(drawn.table["joint_torque_1_N_m"], right["joint_torque_1_N_m"])
+    assert list(right)[:2] == ["t_s", "clock_s"]
+    assert np.ptp(right["joint_torque_1_N_m"]) > 0.0
