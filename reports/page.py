@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup
 
 from reports.plotting.palette import variables
-from reports.results.nights.document import PAGE, STATE
+from reports.results.nights import PAGE, STATE
 from reports.results.reading import DamagedResultsError, brief, damaged
 from reports.results.schema import SchemaVersionError
 from reports.text.numerals import (

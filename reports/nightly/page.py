@@ -10,7 +10,8 @@ from reports.nightly.calendar import STATES, year_blocks
 from reports.nightly.charts import small_chart
 from reports.nightly.summary import by_cause, seconds_words
 from reports.page import surroundings, templates
-from reports.results.nights.document import NOT_TRIED, PAGE
+from reports.results.nights import PAGE
+from reports.results.nights.document import NOT_TRIED
 from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from barchain.nightly.figures.dependencies import Installation  # noqa: TC001  #
 from barchain.nightly.figures.results import night_here, read_figures_of
 from barchain.nightly.running.jobs import NightJob, beside
 from barchain.studies.selftest.faults.catalogue import CONTROLS
-from reports.results.nights.document import STATE, AlarmTest, NightRun, PartResult, PartState
+from reports.results.nights import STATE
+from reports.results.nights.document import AlarmTest, NightRun, PartResult, PartState
 from reports.results.reading import DamagedResultsError, form_of, formed
 from reports.results.schema import SchemaVersionError
 from reports.results.selftest import FILES, FaultOutcome

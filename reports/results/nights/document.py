@@ -13,8 +13,7 @@ from scenarios.plural import plural
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-FILE, PAGE, STATE = "nightly.json", "nightly.html", "night.json"
-"""Files of a night's folder: what is told of it, its page, and its state while it runs"""
+FILE = "nightly.json"
 Direction = Literal["better", "worse", "same", "changed"]
 STRICT = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 """Unknown keys are errors, and numbers are finite; texts below fields are their descriptions"""

@@ -22,7 +22,7 @@ from barchain.nightly.running.night import run_night
 from barchain.nightly.running.plan import load_plan
 from barchain.nightly.running.state import SET_ASIDE, DamagedStateError, read_state
 from barchain.runs.processes import Finished
-from reports.results.nights.document import STATE
+from reports.results.nights import STATE
 from tests.nightly.history.synthetic import error, night
 
 if TYPE_CHECKING:

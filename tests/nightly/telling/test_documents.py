@@ -25,7 +25,8 @@ from barchain.nightly.history.news import told_by
 from barchain.nightly.history.nights import NightStore, open_store
 from reports.render import render
 from reports.results.comparison import FILES
-from reports.results.nights.document import STATE, AlarmTest, NightlyFile, NightRun, PartResult, PartState
+from reports.results.nights import STATE
+from reports.results.nights.document import AlarmTest, NightlyFile, NightRun, PartResult, PartState
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 from tests.support.nightly import read_nightly
 from tests.support.results import write_results
