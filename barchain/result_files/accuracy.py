@@ -60,17 +60,16 @@ def reached(name: str, main: Samples, declared: Declared, found: Verdict) -> lis
     best = next((r for r in LADDER if r < declared.rtol and passes(name, main, declared, r)), declared.rtol)
     size = scales(main.solution)
     told = min((float(main.written[q].max()) / size[q] for q in main.judged if size[q]), default=0.0)
-    notes = [
-        f"requested: rtol={declared.rtol:g}; reached: {'all that its digits tell' if best < told else f'rtol={best:g}'}"
-    ]
+    said = "all that its digits tell" if best < told else f"rtol={best:g}"
+    notes = [f"requested: rtol={declared.rtol:g}; reached: {said}"]
     finer = {r: dataclasses.replace(declared, rtol=r) for r in LADDER if r < best}
     verdicts = {r: one_verdict(name, main, None, at, {}, restarts=False)[0] for r, at in finer.items()}
     notes += filter(None, [less_accurate(verdicts, best)])
     if start := other_start(main):
         notes.append(f"warning: {start}, which the bound at this request allows")
     above = above_request(main, declared, found)
-    notes += [f"warning: {said}" for said in above]
-    if above and main.enough and (cause := mistake_inside(name, main, declared, declared.rtol)):
+    notes += [f"warning: {each}" for each in above]
+    if above and main.enough and (cause := mistake_inside(main, verdicts)):
         notes.append(f"warning: inside the bound, and no error of a method: {cause}")
     return notes
 
@@ -93,18 +92,21 @@ def above_request(main: Samples, declared: Declared, found: Verdict) -> list[str
     return said
 
 
-def mistake_inside(name: str, main: Samples, declared: Declared, allowed: float) -> str:
+def mistake_inside(main: Samples, finer: Mapping[float, Verdict]) -> str:
     """Mistakes that explain a difference which the bound at a request permits, in words; empty without one.
 
     They are sought as of a file that declares nothing: from the finest request on.
+
+    Parameters
+    ----------
+    main : Samples
+    finer : mapping
+        Verdicts at finer requests that the file does not keep.
     """
     for rtol in DIAGNOSED:
-        if rtol < allowed:
-            at = dataclasses.replace(declared, rtol=rtol)
-            verdict = one_verdict(name, main, None, at, {}, restarts=False)[0]
-            seen = diagnosis(verdict, main) if needs_diagnosis(verdict) else None
-            if seen is not None and seen.explanations:
-                return explained_words(seen.explanations, seen.next_best)
+        seen = diagnosis(finer[rtol], main) if rtol in finer and needs_diagnosis(finer[rtol]) else None
+        if seen is not None and seen.explanations:
+            return explained_words(seen.explanations, seen.next_best)
     return ""
 
 

@@ -86,9 +86,8 @@ def accept_change(
     judged = judging.judge(store, step or night)
     news.keep_judgement(store, judged)  # a step keeps the name under which it is accepted
     known = acceptances.accepted(store)
-    every = {
-        name: judging.changes_named(judged, name, alone=step is not None) for name in names
-    }  # a wrong name accepts nothing
+    # a wrong name accepts nothing
+    every = {name: judging.changes_named(judged, name, alone=step is not None) for name in names}
     chosen = [change for own in every.values() for change in own]
     acceptances.acceptances_of(chosen, user(), now, reason, end)  # all, or none
     nights = judged.by_name
@@ -106,7 +105,8 @@ def accept_change(
         for words, one in earlier.items()
     ]
     show_some(lines, "earlier acceptances of these figures")
-    left_open(store, judging.judge(store, night), {change.identity.name for change in chosen})
+    now_judged = judged if step is None else judging.judge(store, night)
+    left_open(store, now_judged, {change.identity.name for change in chosen})
     if left := judging.irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible")
 

@@ -180,8 +180,9 @@ def diagnose(
     if at_jumps := only_at_jumps(result, judging):
         return Diagnosis(wrong, (at_jumps,))
     search = ReadingSearch(result, lambda: half_way(judging))
-    given, not_compared = result.given.replace(**dict.fromkeys(absent)), all(np.isinf(t[0]) for t in tolerance.values())
-    own = OwnMotion(judging.scene, given, runs, first=int(not_compared))
+    given = result.given.replace(**dict.fromkeys(absent))
+    lacks_start = all(np.isinf(t[0]) for t in tolerance.values())
+    own = OwnMotion(judging.scene, given, runs, first=int(lacks_start))
     found = searched(search, own, wrong)
     untold = own.residual is None or not own.residual.wrong or (runs is None and own.residual.clock_wrong)
     if not found.explanations and untold:
