@@ -9,7 +9,7 @@ from pictures.chart import chart_file, cost_chart
 from pictures.motion.picture import scene_picture, thumbnail
 from pictures.motion.samples import motion_of
 from pictures.pages.engine_page import engine_page, page_file
-from pictures.pages.fragments import pages_with_tables
+from pictures.pages.generated_tables import pages_with_tables
 from pictures.pages.index_pages import ENGINES_INDEX, FAMILIES, engines_index, gallery_index
 from pictures.pages.libraries import LIBRARIES
 from pictures.pages.record import MeasuredRecord

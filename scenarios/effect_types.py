@@ -101,6 +101,8 @@ class Course(StrEnum):
         if self is Course.QUINTIC:
             rest = 1.0 - s
             return s**3 * (10.0 - 15.0 * s + 6.0 * s * s), 30.0 * (s * rest) ** 2, 60.0 * s * rest * (rest - s)
+        if self is not Course.PAPER:
+            raise ValueError(f"a turn by {self} has no share of its own")
         if s in (0.0, 1.0):
             return s, 0.0, 0.0
         w, x = math.pi, math.pi * s

@@ -6,7 +6,7 @@ The effects themselves are made in `reference_effects`, which is imported only f
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
 
@@ -53,7 +53,14 @@ def chain_model(scene: Scene) -> ChainModel:
 
 def bar_turn(turn: Turn) -> BarTurn:
     """The reference's model of a turn."""
-    spline = turn.coefficients_rad if turn.course is Course.SPLINE else ()
+    spline: tuple[float, ...] = ()
+    match turn.course:
+        case Course.PAPER | Course.QUINTIC:
+            pass
+        case Course.SPLINE:
+            spline = turn.coefficients_rad
+        case _:
+            assert_never(turn.course)
     return BarTurn(turn.amplitude_rad, turn.duration_s, turn.start_s, turn.course is Course.QUINTIC, spline)
 
 

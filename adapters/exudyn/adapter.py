@@ -42,7 +42,7 @@ from scenarios.effect_types import COM_SHARE
 
 if TYPE_CHECKING:
     from adapters.exudyn.model import Model
-    from adapters.exudyn.timetable import Steps
+    from adapters.exudyn.time_inputs import Steps
     from adapters.trajectory import Array
     from scenarios import Scene
 

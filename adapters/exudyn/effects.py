@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adapters.exudyn.frames import BarMotion, ReferenceFrame
-    from adapters.exudyn.timetable import Steps
+    from adapters.exudyn.time_inputs import Steps
     from adapters.trajectory import Array
     from scenarios import Gravity, JointTorque, Scene, ThirdBody, Thrust
 
@@ -43,7 +43,7 @@ class ExudynLoad(ABC):
         self.chain, self.called, self.body, self.frame = scene.chain, scene.effects, scene.central_body, frame
 
     def time_inputs(self, at_s: Array, inside_s: Array) -> Array:
-        """Values of the time inputs, (k, time_input_count), see :data:`adapters.exudyn.timetable.TimeInputs`."""
+        """Values of the time inputs, (k, time_input_count), see :data:`adapters.exudyn.time_inputs.TimeInputs`."""
         del inside_s
         return np.empty((len(at_s), 0))
 

@@ -205,7 +205,7 @@ class ReferenceFrame(ABC):
         """Axes at the instants `t_s`, (n,)."""
 
     def time_inputs(self, at_s: Array, inside_s: Array) -> Array:
-        """Values of the time inputs, see :data:`adapters.exudyn.timetable.TimeInputs`."""
+        """Values of the time inputs, see :data:`adapters.exudyn.time_inputs.TimeInputs`."""
         del inside_s
         return np.empty((len(at_s), 0))
 
@@ -220,7 +220,7 @@ class OrbitFrame(ReferenceFrame):
 
     Kepler's equation has no closed solution. Exudyn evaluates a symbolic expression once for each occurrence, so that
     the cost of an unrolled Newton iteration would triple with every iteration. The exact orbit is therefore tabulated
-    when the model is built, see :mod:`adapters.exudyn.timetable`; on a circular orbit its numbers are constants.
+    when the model is built, see :mod:`adapters.exudyn.time_inputs`; on a circular orbit its numbers are constants.
     """
 
     def __init__(self, orbit: KeplerOrbit) -> None:

@@ -21,13 +21,13 @@ from adapters.exudyn.library import exu, items, symbolic_function
 from adapters.exudyn.loads import Loading
 from adapters.exudyn.prescribed import PrescribedAngle, constrain, frame_history
 from adapters.exudyn.readout import SensorReadings
-from adapters.exudyn.timetable import Timetable
+from adapters.exudyn.time_inputs import Timetable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.exudyn.frames import FrameAxes
-    from adapters.exudyn.timetable import Steps
+    from adapters.exudyn.time_inputs import Steps
     from adapters.trajectory import Array
     from scenarios import Scene
 

@@ -26,7 +26,7 @@ from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:
     from adapters.exudyn.frames import FrameAxes
-    from adapters.exudyn.timetable import Steps
+    from adapters.exudyn.time_inputs import Steps
     from scenarios import PrescribedRotation
 
 State = tuple[float, float, float]

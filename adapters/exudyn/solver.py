@@ -15,7 +15,7 @@ from adapters.common.equal_steps import steps_between_samples
 from adapters.engine import EngineError
 from adapters.exudyn.effects import jump_steps
 from adapters.exudyn.library import exu
-from adapters.exudyn.timetable import Steps
+from adapters.exudyn.time_inputs import Steps
 from scenarios import Actuator, Frame
 
 if TYPE_CHECKING:

@@ -143,9 +143,11 @@ def law_acceleration(structure: Structure, k: int) -> Symbol:
             found.append(constant + x * (linear + x * (square + x * cube)))
             continue
         (amplitude,) = parts
-        paper = course == Course.PAPER
-        shape = 9.0 * (hy.cos(x) - hy.cos(3.0 * x)) if paper else 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
-        found.append(amplitude * w * w * shape)
+        shapes = {
+            Course.PAPER: 9.0 * (hy.cos(x) - hy.cos(3.0 * x)),
+            Course.QUINTIC: 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x),
+        }
+        found.append(amplitude * w * w * shapes[Course(course)])
     return sum(found[1:], found[0])
 
 

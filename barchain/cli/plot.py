@@ -122,7 +122,7 @@ def is_file(source: str) -> bool:
 
 def read_run(path: Path, of_scene: str | None) -> Run:
     """Run of a file."""
-    from barchain.result_files.run_table import read_run_table, scene_of
+    from barchain.result_files.drawn_runs import read_run_table, scene_of
     from reports.motion.charts import Run
     from scenarios import load_scene
 

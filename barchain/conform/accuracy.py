@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
-from barchain.conform.errors import ALL_RUNS_SHARE, ASYMPTOTIC, compared, repeated_scene, setting_runs, slopes_above
+from barchain.conform.errors_at_settings import (
+    ALL_RUNS_SHARE,
+    ASYMPTOTIC,
+    compared,
+    repeated_scene,
+    setting_runs,
+    slopes_above,
+)
 from barchain.conform.noise import COMMON_SHARE
 from barchain.conform.physics import INDEPENDENT, unsupported_check
 from barchain.conform.runs import TIME_LIMITS
@@ -17,7 +24,7 @@ from scenarios.channels import WORDS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from barchain.conform.errors import Compared, ErrorAtSetting
+    from barchain.conform.errors_at_settings import Compared, ErrorAtSetting
     from barchain.conform.target import Examined
 
 ORDER_SLACK = 0.5

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import Coordinates, EngineError
 from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNING, Check, CheckState
-from barchain.conform.errors import judged_declarations
+from barchain.conform.errors_at_settings import judged_declarations
 from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, collapse, no_time_left, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, lasts, left_out, rejection, setting_of, solved

@@ -16,7 +16,7 @@ from adapters.engine import Engine, EngineError
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn.effects import encke
 from adapters.exudyn.frames import KeplerOrbit, OrbitFrame, turned
-from adapters.exudyn.timetable import Steps, tabulated
+from adapters.exudyn.time_inputs import Steps, tabulated
 from adapters.trajectory import Observable, Trajectory
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names
 from scenarios.scene import Orbit

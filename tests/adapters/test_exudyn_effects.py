@@ -16,7 +16,7 @@ from adapters.exudyn.effects import jump_steps, sizes
 from adapters.exudyn.frames import BarMotion, frame_of, turned
 from adapters.exudyn.loads import Loading
 from adapters.exudyn.solver import RestartSegments, method_for, steps_of
-from adapters.exudyn.timetable import Steps
+from adapters.exudyn.time_inputs import Steps
 from scenarios import Gravity, Scene, load_scene
 from tests.support import solutions
 from tests.support.slow import one_in

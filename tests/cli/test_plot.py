@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from barchain.cli.main import run
-from reports.motion.charts import Chosen, Run, charts_of
+from reports.motion.charts import TIME_UNITS, Chosen, Run, charts_of
 from reports.plotting.palette import COLOURS
 from tests.support.page_policy import check_policy
 
@@ -240,3 +240,9 @@ def test_a_trajectory_draws_named_channels_and_moves(tmp_path: Path) -> None:
         with pytest.raises(ValueError, match="allowed"):
             wrong()
     assert mpl.pyplot.get_fignums() == []
+
+
+def test_units_of_time_are_known_to_the_command_line():
+    from barchain.cli.plot import TIME_UNITS as OFFERED
+
+    assert OFFERED == TIME_UNITS

@@ -16,7 +16,7 @@ from barchain.conform import Extent, assert_conforms, conform, target
 from barchain.conform.accuracy import accuracy, single_hint
 from barchain.conform.behaviour import TIMES, behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
-from barchain.conform.errors import Compared
+from barchain.conform.errors_at_settings import Compared
 from barchain.conform.junit import write_junit
 from barchain.conform.runs import START_S
 from barchain.conform.target import extent_of
@@ -331,7 +331,7 @@ def test_an_exception_in_a_check_is_a_failed_check_and_all_files_are_written(
         raise ZeroDivisionError("no step")
 
     monkeypatch.setattr("barchain.conform.physics.agreement", broken)
-    monkeypatch.setattr("barchain.conform.errors.setting_error", broken)
+    monkeypatch.setattr("barchain.conform.errors_at_settings.setting_error", broken)
     junit = tmp_path / "junit.xml"
     assert run(["conform", f"{HERE}:Right", "--json", "--junit", str(junit)]) == 1
     (found,) = json.loads(capsys.readouterr().out)

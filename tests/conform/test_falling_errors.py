@@ -10,7 +10,7 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from barchain.conform.accuracy import falling_check, request_check
 from barchain.conform.checks import CheckState
-from barchain.conform.errors import Compared, ErrorAtSetting
+from barchain.conform.errors_at_settings import Compared, ErrorAtSetting
 
 RTOL, STEPS = AccuracyParameter.RTOL, AccuracyParameter.STEPS_PER_ORBIT
 

@@ -11,7 +11,7 @@ from adapters.engine import AccuracyParameter, Setting
 from barchain.conform import conform, physics
 from barchain.conform.accuracy import falling_check
 from barchain.conform.checks import Check, CheckState, Group
-from barchain.conform.errors import setting_error
+from barchain.conform.errors_at_settings import setting_error
 from barchain.conform.physics import main_and_finer, scene_check
 from barchain.conform.scenes import STAGES, TOGETHER, scene_of
 from barchain.conform.target import examined, extent_of

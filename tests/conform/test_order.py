@@ -10,7 +10,7 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from barchain.conform.accuracy import bound_check, falling_check, order_check
 from barchain.conform.checks import CheckState
-from barchain.conform.errors import ErrorAtSetting
+from barchain.conform.errors_at_settings import ErrorAtSetting
 
 
 def errors(order: float, *settings: float, error: float = 1e-4) -> list[ErrorAtSetting]:

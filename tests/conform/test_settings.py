@@ -12,7 +12,7 @@ from adapters.mujoco.adapter import Mujoco
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.conform.checks import CheckState
-from barchain.conform.errors import judged_declarations
+from barchain.conform.errors_at_settings import judged_declarations
 from barchain.conform.physics import main_and_finer, scene_check
 from barchain.conform.scenes import MOST_FINER, STAGES, from_default_on, lasts, scene_of, setting_of
 from barchain.conform.target import examined

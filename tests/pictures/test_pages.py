@@ -15,7 +15,7 @@ from pictures import write
 from pictures.__main__ import main
 from pictures.pages.docstrings import paragraphs
 from pictures.pages.engine_page import MOST_COLUMNS, page_file, portions
-from pictures.pages.fragments import BLOCK, FRAGMENTS, filled, pages_with_tables
+from pictures.pages.generated_tables import BLOCK, FRAGMENTS, filled, pages_with_tables
 from pictures.pages.libraries import LIBRARIES, library_of
 from pictures.pages.words import cell, short
 from pictures.paths import GALLERY, RECORD

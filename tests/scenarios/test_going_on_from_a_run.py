@@ -16,7 +16,7 @@ from adapters.reference.numpy_engines import Reference
 from barchain import latched
 from barchain.drawing import with_channel
 from barchain.metrics.derived import chosen_columns
-from barchain.result_files.run_table import read_run_table
+from barchain.result_files.drawn_runs import read_run_table
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
 from reports.motion.charts import Run
 from scenarios import SceneError, change_scene, go_on, load_scene, make_scene

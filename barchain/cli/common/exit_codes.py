@@ -9,13 +9,13 @@ import click
 
 
 class ExitCode(IntEnum):
-    """End of a command; docs/reference/command_line.md holds the same table."""
+    """End of a command. Of its members `MEANINGS` makes the table of docs/reference/command_line.md."""
 
     OK = 0
     FINDINGS = 1
     BAD_INPUT = 2
     MISSING_ENGINE = 3
-    NOT_BELIEVED = 3
+    NOT_BELIEVED = 3  # another name of the member above, whose meaning has both
     INTERNAL_ERROR = 70
     INTERRUPTED = 130
     UNREAD = 141

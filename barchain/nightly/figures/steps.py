@@ -241,7 +241,7 @@ def time_changes(
 
     Parameters
     ----------
-    series : sequence of FigureSeries
+    series : sequence of NumberSeries
         All series of these kinds, over the nights of one machine class; the last night is judged.
     false_alarms : float
     told : mapping

@@ -16,7 +16,7 @@ M Z_0'' = sum F_j, and reactions follow from Newton's law of one bar after the o
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from flint import arb
 
@@ -214,18 +214,22 @@ class Equations:
                 continue
             length, amplitude = number(turn.duration_s), number(turn.amplitude_rad)
             s, scale = (t - number(turn.start_s)) * (1 / length), amplitude / (length * length)
-            if turn.course is Course.PAPER:
-                pi = arb.pi()
-                (_, once), (_, thrice) = ops.sin_cos(s * pi), ops.sin_cos(s * (3 * pi))
-                return (once - thrice) * (9 * pi * pi / 16 * scale)
-            if turn.course is Course.QUINTIC:
-                return s * (s * (s * 120 - 180) + 60) * scale
-            v0, v1 = (number(v) / length for v in turn.rates_rad_s)
-            a0, a1 = map(number, turn.accelerations_rad_s2)
-            linear = 60 * scale - 36 * v0 - 24 * v1 - 9 * a0 + 3 * a1
-            square = -180 * scale + 96 * v0 + 84 * v1 + 18 * a0 - 12 * a1
-            cube = 120 * scale - 60 * (v0 + v1) + 10 * (a1 - a0)
-            return s * (s * (s * cube + square) + linear) + a0
+            match turn.course:
+                case Course.PAPER:
+                    pi = arb.pi()
+                    (_, once), (_, thrice) = ops.sin_cos(s * pi), ops.sin_cos(s * (3 * pi))
+                    return (once - thrice) * (9 * pi * pi / 16 * scale)
+                case Course.QUINTIC:
+                    return s * (s * (s * 120 - 180) + 60) * scale
+                case Course.SPLINE:
+                    v0, v1 = (number(v) / length for v in turn.rates_rad_s)
+                    a0, a1 = map(number, turn.accelerations_rad_s2)
+                    linear = 60 * scale - 36 * v0 - 24 * v1 - 9 * a0 + 3 * a1
+                    square = -180 * scale + 96 * v0 + 84 * v1 + 18 * a0 - 12 * a1
+                    cube = 120 * scale - 60 * (v0 + v1) + 10 * (a1 - a0)
+                    return s * (s * (s * cube + square) + linear) + a0
+                case _:
+                    assert_never(turn.course)
         return arb(0)
 
     def reactions(

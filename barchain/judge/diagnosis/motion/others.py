@@ -10,8 +10,8 @@ import numpy as np
 
 from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.motion.changed_loads import choices, other, with_effects
+from barchain.judge.diagnosis.motion.changed_pushes import of_motors, of_pushes
 from barchain.judge.diagnosis.motion.numbers import KNOWN, body_words
-from barchain.judge.diagnosis.motion.pushes import of_motors, of_pushes
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
 from scenarios import Actuator, Course, Frame, Gravity
 from scenarios.toml.checks import joint_of_motor

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import Engine
 from adapters.registry import Registration, find_own_engine
-from barchain.studies.selftest.faults import declarations, equations, events, forces, misprints, output, readings
+from barchain.studies.selftest.faults import (
+    declarations,
+    equations,
+    events,
+    forces,
+    output,
+    paper_misprints,
+    random_samples,
+)
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 from scenarios import nearest
 
@@ -26,14 +34,14 @@ def by_name(faults: Iterable[Fault]) -> dict[str, Fault]:
 
 
 UNMODIFIED = "unmodified"
-CONTROLS = by_name((Fault(UNMODIFIED, "the engine as it is", "no fault", FaultGroup.CONTROL), misprints.CONTROL))
+CONTROLS = by_name((Fault(UNMODIFIED, "the engine as it is", "no fault", FaultGroup.CONTROL), paper_misprints.CONTROL))
 CATALOGUE = by_name((
-    *misprints.FAULTS, *equations.FAULTS, *forces.FAULTS, *events.FAULTS, *output.FAULTS, *readings.FAULTS,
-    *readings.GARBAGE, *declarations.FAULTS,
+    *paper_misprints.FAULTS, *equations.FAULTS, *forces.FAULTS, *events.FAULTS, *output.FAULTS, *random_samples.FAULTS,
+    *random_samples.GARBAGE, *declarations.FAULTS,
 ))  # fmt: skip
 FOR_OTHER_SCENES = {
     "gravity-model", "impulse-late-millisecond", "thrust-late-millisecond", "sloppy", "mass-stuck", "clock-fast",
-    *(f.name for f in (*readings.GARBAGE, *readings.FAULTS, *declarations.FAULTS)),
+    *(f.name for f in (*random_samples.GARBAGE, *random_samples.FAULTS, *declarations.FAULTS)),
 }  # fmt: skip
 """Names of those that the short scenes need not detect: random scenes (`benchmarks/random_scenes.py`) and tests have
 them"""
