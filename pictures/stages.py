@@ -22,10 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 COMPARED = ("paper/", "basics/", "effects/")
-NAMED_IN_STABILITY = (
-    "drake", "dart", "mujoco", "pinocchio", "jaxsim", "basilisk", "cvode-adams", "cvode-bdf",
-    "ida-index1", "ida-index2", "ida-ggl", "ida-index3",
-)  # fmt: skip
+NAMED_IN_STABILITY = ("drake", "dart", "ida-index1", "ida-index2", "ida-ggl", "ida-index3", "basilisk", "jaxsim")
 """Engines that the stability study takes only if they are named"""
 COST_MINUTES = "20"
 """Time in which the cost study comes to the finer settings of all engines in all its scenes"""
