@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from adapters.registry import ENGINES, built_in
+from adapters.registry import COMPILED, built_in
 from pictures.paths import GENERATED, ROOT
 from pictures.record.certified import certified_rows
 from pictures.record.comparison import comparison_rows, version_rows
-from pictures.record.cost import cost_rows
+from pictures.record.cost import APART, CostRun, cost_rows
 from pictures.record.files import note_run, write_table
 from pictures.record.releases import STUDIED, releases_rows
 from pictures.record.stability import stability_rows
@@ -24,12 +24,8 @@ if TYPE_CHECKING:
 COMPARED = ("paper/", "basics/", "effects/")
 NAMED_IN_STABILITY = ("drake", "dart", "ida-index1", "ida-index2", "ida-ggl", "ida-index3", "basilisk", "jaxsim")
 """Engines that the stability study takes only if they are named"""
-COST_MINUTES = "20"
-"""Time in which the cost study comes to the finer settings of all engines in all its scenes"""
-SLOW_TO_START, ANCHOR = "jaxsim", "reference-fast"
-"""An engine that imports and compiles for some 8 s before each run, which would use up the others' time: it is timed
-beside the anchor alone"""
-SLOW_MINUTES = "10"
+COST_MINUTES = 15
+"""Time in which the cost study comes to the finer settings of its engines in all its scenes"""
 REPORT = "report"
 """Result folder whose pages the README shows"""
 
@@ -78,7 +74,7 @@ def run_stability(options: Options) -> None:
     """Run the stability study by default, and again for engines that it takes only if they are named."""
     run_barchain(options.work, "stability", "--out", "stability")
     rows, scenes, record = stability_rows(options.work / "stability")
-    named = [name for name in NAMED_IN_STABILITY if not ENGINES[name].missing]
+    named = [name for name in NAMED_IN_STABILITY if not built_in()[name].missing]
     if named:
         run_barchain(options.work, "stability", *engine_options(named), "--out", "stability-named")
         rows += stability_rows(options.work / "stability-named")[0]
@@ -90,17 +86,21 @@ def run_stability(options: Options) -> None:
 def run_cost(options: Options) -> None:
     """Measure cost and accuracy; a quiet machine is needed."""
     installed = [name for name, r in built_in().items() if not r.missing]
-    others = engine_options([name for name in installed if name != SLOW_TO_START])
-    run_barchain(options.work, "cost", *others, "--minutes", COST_MINUTES, "--out", REPORT)
-    tables, record = cost_rows(options.work / REPORT)
-    if SLOW_TO_START in installed:
-        named = engine_options([ANCHOR, SLOW_TO_START])
-        run_barchain(options.work, "cost", *named, "--minutes", SLOW_MINUTES, "--out", "cost-slow")
-        for name, rows in cost_rows(options.work / "cost-slow")[0].items():
-            tables[name] += [row for row in rows if row["engine"] == SLOW_TO_START]
+    apart = {stage: run for stage, run in APART.items() if set(run.engines) <= set(installed)}
+    others = [name for name in installed if not any(name in run.engines for run in APART.values())]
+    tables: dict[str, list[dict[str, Any]]] = {}
+    for stage, run in {"cost": CostRun(tuple(others), COST_MINUTES), **apart}.items():
+        out, engines = (
+            REPORT if stage == "cost" else stage,
+            engine_options(list(dict.fromkeys([COMPILED, *run.engines]))),
+        )
+        run_barchain(options.work, "cost", *engines, "--minutes", str(run.minutes), "--out", out)
+        found, record = cost_rows(options.work / out)
+        for name, rows in found.items():
+            tables.setdefault(name, []).extend(row for row in rows if row["engine"] in run.engines)
+        note_run(stage, record)
     for name, rows in tables.items():
         write_table(name, rows)
-    note_run("cost", record)
 
 
 def run_releases(options: Options) -> None:

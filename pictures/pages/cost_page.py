@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from adapters.registry import COMPILED, ENGINES
+from adapters.registry import COMPILED, built_in
 from pictures.pages.engine_page import COST_SCENE
 from pictures.pages.record import MeasuredRecord, rows
 from pictures.pages.words import table
+from pictures.record.cost import APART
 from reports.results.cost import INDEPENDENT, OWN_EQUATIONS
 from reports.results.cost import KINDS as HEADINGS
 from reports.text.numerals import decade, ratio_text
@@ -32,10 +33,16 @@ def introduction(found: Iterable[Row], measured: MeasuredRecord) -> str:
     run = measured.runs["cost"]
     costs = {r["target"]: r["cost"] for r in found if r["engine"] == COMPILED and r["cost"] is not None}
     times = ", ".join(f"{costs[t] * 1e6:.3g}" for t in sorted(costs, reverse=True))
-    return (
-        f"Measured on {run['created']} with barchain {run['barchain']} on {run['environment']['cpu']}.\n"
-        f"`{COMPILED}` itself takes {times} µs."
-    )
+    apart = [
+        f"{', '.join(f'`{name}`' for name in APART[stage].engines)}: beside it, in a run on {own['created']} on "
+        f"{own['environment']['cpu']}."
+        for stage, own in measured.runs.items()
+        if stage in APART
+    ]
+    return "\n".join([
+        f"Measured on {run['created']} with barchain {run['barchain']} on {run['environment']['cpu']}.",
+        f"`{COMPILED}` itself takes {times} µs.", *apart,
+    ])  # fmt: skip
 
 
 def tables(found: Iterable[Row]) -> Iterable[str]:
@@ -43,7 +50,7 @@ def tables(found: Iterable[Row]) -> Iterable[str]:
     cells = {(r["engine"], r["target"]): ratio(r) for r in found}
     targets = sorted({t for _, t in cells}, reverse=True)
     for independent, heading in KINDS:
-        names = [e for e, r in ENGINES.items() if r.external is independent and (e, targets[0]) in cells]
+        names = [e for e, r in built_in().items() if r.external is independent and (e, targets[0]) in cells]
         yield heading
         yield table(
             ("engine", f"{decade(targets[0])} rad:", *(f"{decade(t)}:" for t in targets[1:])),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pictures.record.files import COLUMNS
@@ -13,6 +14,22 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Rows = list[dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class CostRun:
+    """Engines that one run of the cost study times beside the anchor."""
+
+    engines: tuple[str, ...]
+    minutes: int
+
+
+APART = {
+    "cost-ida": CostRun(("ida-index1", "ida-index2", "ida-ggl", "ida-index3"), 8),
+    "cost-jaxsim": CostRun(("jaxsim",), 10),
+}
+"""Runs of engines that would use up the others' time: IDA's runs take some thousand times the anchor's, and JaxSim
+imports and compiles for some 8 s before each"""
 
 
 def cost_rows(folder: Path) -> tuple[dict[str, Rows], dict[str, Any]]:
