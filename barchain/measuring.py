@@ -209,7 +209,8 @@ def sweep(
         Numbers of the scene's file, e.g. ``["orbit.speed_factor=1:1.3:7", "chain.bars=2,4,8",
         "chain.angle_deg[2]=normal(80, 1)"]``: a grid ``low:high:count``, a list, or one of the distributions of
         :func:`barchain.ensemble`. Lists count from 1, and ``[*]`` draws each value of a list by itself. Grids and lists
-        make all combinations; numbers that are drawn are drawn together, the same at each combination.
+        make all combinations; numbers that are drawn are drawn together, the same at each combination. Keys go together
+        by ``"chain.length_m=10,20 with chain.mass_kg=1,3"``, or as multiples, ``"chain.mass_kg=0.2*chain.length_m"``.
     measures : iterable of str
         E.g. ``["largest(tension)", "final(attitude[2])", "p95(altitude)"]``: ``largest``, ``least``, ``peak`` (size),
         ``final``, ``rms`` or a percentile over the samples of a stored or derived channel, of one bar or joint or the

@@ -376,7 +376,9 @@ def ensemble(scene: str, vary: tuple[str, ...], runs: int, out: Path, kept: dict
 @click.option("--vary", multiple=True, required=True, metavar="KEY=VALUES",
               help="Vary a number of the scene's file: a grid, orbit.speed_factor=1:1.3:7 (low, high, count), a list, "
                    "chain.bars=2,4,8, or a distribution, 'chain.angle_deg[2]=normal(80, 1)', of bar 2. "
-                   "May be repeated; grids and lists make all combinations, draws are made together.")  # fmt: skip
+                   "May be repeated; grids and lists make all combinations, draws are made together. Keys go "
+                   "together: 'chain.length_m=10,20 with chain.mass_kg=1,3', "
+                   "chain.mass_kg=0.2*chain.length_m.")  # fmt: skip
 @click.option("--measure", "measures", multiple=True, metavar="MEASURE",
               help="Measure this of each run: largest, least, peak (size), final, rms or p95 of a channel, e.g. "
                    "'largest(tension)', 'final(attitude[2])' (of bar 2); `barchain explain channels` lists them. "

@@ -53,6 +53,8 @@ class Sweep:
     axes: list[str]
     """Numbers with several values on a grid or a list"""
     drawn: list[str]
+    tied: list[str]
+    """Numbers whose values go with those of another one"""
     units: dict[str, str]
     """Of numbers that vary, and of measures"""
     measures: list[str]
@@ -93,7 +95,8 @@ def view_sweep(folder: Path) -> SimpleNamespace:
     grids = [path for path, kind in varied.items() if kind == "grid" and path in samples]
     axes = [path for path in grids if samples[path].nunique() > 1]
     drawn = [path for path, kind in varied.items() if kind == "drawn" and path in samples]
-    shown = Sweep(samples, axes, drawn, units, [name for name in measures if name in samples])
+    tied = [path for path, kind in varied.items() if kind == "tied" and path in samples]
+    shown = Sweep(samples, axes, drawn, tied, units, [name for name in measures if name in samples])
     panels = list(itertools.chain.from_iterable(panels_of(shown, name) for name in shown.measures))
     return SimpleNamespace(
         record=record,
@@ -113,7 +116,7 @@ def view_sweep(folder: Path) -> SimpleNamespace:
 
 def numbers(sweep: Sweep) -> list[str]:
     """Columns of the table of values."""
-    return [*sweep.axes, *sweep.drawn, *sweep.measures]
+    return [*sweep.axes, *sweep.drawn, *sweep.tied, *sweep.measures]
 
 
 def panels_of(sweep: Sweep, measure: str) -> Iterator[Panel]:

@@ -112,6 +112,46 @@ def test_grids_and_lists_make_all_combinations_and_draws_are_the_same_at_each() 
     assert len({tuple(point[2] for point in points[k : k + 4]) for k in range(0, 24, 4)}) == 1
 
 
+SPUN = make_scene({
+    "title": "two bars in line that turn about their joint", "source": "test", "orbit": {"altitude_m": 5e5},
+    "chain": {"bars": 2, "mass_kg": 1.0, "length_m": 10.0, "angle_from": "inertial", "angle_deg": 0.0,
+              "rate_rad_s": 0.1},
+    "effects": {"gravity": "none"}, "run": {"duration_s": 10.0, "samples": 3},
+})  # fmt: skip
+
+
+@pytest.mark.parametrize(("vary", "masses_kg"), [
+    (["chain.length_m=10,20,40 with chain.mass_kg=1,3,3"], [1.0, 3.0, 3.0]),
+    (["chain.length_m=10:40:3 with chain.mass_kg=5,2,1 with chain.angle_deg=0:90:3"], [5.0, 2.0, 1.0]),
+    (["chain.mass_kg=0.5*chain.length_m", "chain.length_m=10,20,40"], [5.0, 10.0, 20.0]),
+])  # fmt: skip
+def test_keys_that_go_together_are_one_grid_and_the_joint_carries_what_both_say(
+    vary: list[str], masses_kg: list[float]
+) -> None:
+    """The joint carries the centrifugal force m w² l/2; a run asks for 1e-10 in a step or less, and takes some ten."""
+    own = swept(SPUN, vary, "largest(reaction)").samples
+    assert own["chain.mass_kg"].tolist() == masses_kg
+    expected_N = 0.5 * own["chain.mass_kg"] * 0.1**2 * own["chain.length_m"]
+    np.testing.assert_allclose(own["largest(reaction_N)"], expected_N, rtol=1e-8)
+
+
+def test_a_multiple_of_a_draw_and_of_each_bars_draw_is_that_of_the_same_run() -> None:
+    texts = [
+        "chain.mass_kg[*]=2e-1*chain.length_m[*]", "chain.length_m[*]=normal(10, 1)", "run.samples=5,9",
+        "orbit.speed_factor=uniform(1, 1.1)", "chain.rate_factor[*]=orbit.speed_factor",
+    ]  # fmt: skip
+    variations = variations_of(SPUN, texts)
+    points = [
+        dict(zip([each.path for each in variations], point, strict=True)) for point in points_of(variations, 3, 1)
+    ]
+    assert len(points) == 6
+    for point in points:
+        for bar in (1, 2):
+            assert point[f"chain.mass_kg[{bar}]"] == 0.2 * point[f"chain.length_m[{bar}]"]
+            assert point[f"chain.rate_factor[{bar}]"] == point["orbit.speed_factor"]
+        assert point["chain.length_m[1]"] != point["chain.length_m[2]"]
+
+
 def test_draws_depend_on_the_seed_and_their_own_key_alone() -> None:
     scene = load_scene("paper/fig13")
     angle, rate = "chain.angle_deg[*]=normal(80, 1)", "chain.rate_factor=uniform(0.9, 1.1)"
@@ -150,6 +190,13 @@ def test_equal_seeds_give_equal_samples_however_many_runs_share_a_call(monkeypat
     ("effects.drag.density_kg_m3=1e-12,2e-12", "missing"),
     ("title=1,2", "title: 1 given"),
     ("orbit.speed_factor=1:2:100000000", "with a COUNT of 2 to 100000"),
+    ("chain.length_m=1,2 with chain.mass_kg=1,2,3", "grids and lists of equally many values beside `with`"),
+    ("chain.length_m=2,2 with chain.mass_kg=1,2", "different ones of the first key"),
+    ("chain.length_m=normal(9, 1) with chain.mass_kg=normal(9, 1)", "grids and lists of equally many"),
+    ("chain.length_m=1,2 with chain.mass_kg", "allowed: KEY=LOW:HIGH:COUNT"),
+    ("chain.mass_kg=2*chain.lenght_m", "chain.lenght_m has no values of its own"),
+    ("chain.mass_kg=two*chain.length_m", "KEY=FACTOR*KEY"),
+    ("chain.mass_kg=nan*chain.length_m", "a factor that a scene file may hold"),
 ])  # fmt: skip
 def test_a_wrong_variation_ends_in_one_line_before_any_run(
     vary: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -304,6 +351,14 @@ def test_few_values_of_a_second_number_are_curves_and_many_make_a_map(tmp_path: 
     assert "orbit.altitude_m, m" in svg
     assert "--d3:" in many  # in both themes
     assert many.count("--d3:") == few.count("--d3:") >= 2
+
+
+def test_a_chart_over_numbers_that_go_together_is_over_the_first_and_the_table_has_both(tmp_path: Path) -> None:
+    html, view = page_of(tmp_path, "orbit.altitude_m=4e5,5e5,6e5 with orbit.speed_factor=1,1.1,1.2")
+    assert "horizontal axis: orbit.altitude_m, m" in html
+    assert view.panels[0].legend == ()  # one curve
+    assert view.headings[:2] == ["#orbit.altitude_m", "#orbit.speed_factor"]
+    assert [row["values"][:2] for row in view.rows] == [["400000", "1"], ["500000", "1.1"], ["600000", "1.2"]]
 
 
 def test_a_map_marks_the_cells_whose_run_ended_early(tmp_path: Path) -> None:

@@ -90,7 +90,7 @@ class SweepStudy:
             "engines": {name: engine_facts(registration) for name, (registration, _) in self.engines.items()},
             "scene": {"name": self.scene.name} | scene_facts(self.scene),
             "vary": list(dict.fromkeys(each.text for each in self.variations)),
-            "varied": {each.path: "drawn" if each.family else "grid" for each in self.variations},
+            "varied": {each.path: each.kind for each in self.variations},
             "measures": {str(measure): measure.channel.unit for measure in self.measures},
             "runs": len(self.points),
             "seed": self.seed,
