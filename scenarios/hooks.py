@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-RENDERERS = {"scene_file": "scenarios.toml.writing:scene_toml"}
+RENDERERS = {"scene_file": "scenarios.toml.changing:scene_file"}
 """``module:function`` of each kind of object; that of a scene's file is always there"""
 
 

@@ -6,13 +6,15 @@ to the end. What the file leaves out follows from the rest, also after a change.
 
 from __future__ import annotations
 
+import contextlib
 from typing import TYPE_CHECKING, Any
 
 from scenarios.toml.file import SceneFile
 from scenarios.toml.orbit_keys import ANOMALIES, ELEMENTS, FORMS, STATE
+from scenarios.toml.reading import tables_of
 from scenarios.toml.resolve import resolve
 from scenarios.toml.scene_tables import ANGLE_KEYS, RATE_KEYS
-from scenarios.toml.writing import scene_data
+from scenarios.toml.writing import scene_data, scene_toml, toml
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -87,6 +89,23 @@ def current_tables(scene: Scene) -> Data:
         changes["effects"] = dict.fromkeys(scene.given.get("effects", {})) | now["effects"]
         changes["run"] = {"start_s": None} | changes.get("run", {})
     return merged(scene.given, changes)
+
+
+def scene_file(scene: Scene) -> str:
+    """Text of a scene's file in the keys of its own file: what these leave out follows again, also after a change.
+
+    A scene of no file, or one that was changed in Python to what those keys can't say, is written with all values.
+
+    Raises
+    ------
+    UnwrittenError
+        If no file gives it back digit for digit.
+    """
+    text = "\n".join(toml(current_tables(scene))) + "\n"
+    with contextlib.suppress(ValueError):
+        if resolve(SceneFile.model_validate(tables_of(text)), scene.name).digest == scene.digest:
+            return text
+    return scene_toml(scene)
 
 
 def clock_at_start(scene: Scene) -> float:

@@ -10,7 +10,8 @@ from scipy.integrate import simpson
 
 from barchain.metrics.derived import Motion, columns_of
 from barchain.solutions.judging import solution_engine
-from scenarios import Gravity, JointTorque, Scene, SceneError, load_scene
+from scenarios import Gravity, JointTorque, Scene, SceneError, change_scene, go_on, load_scene
+from scenarios.toml.start_table import state_tables
 from tests.effects.joint_runs import forms, moved
 
 FORMS = forms("reference", "reference-fast", "reference-absolute", "heyoka")
@@ -106,6 +107,29 @@ def test_a_scene_with_motors_is_written_and_read_back(tmp_path: Path) -> None:
     again = load_scene(str(tmp_path / "again.toml"))
     assert again.effects == scene.effects
     assert [motor.joint for motor in scene.effects.joint_torque] == [2, 1]
+
+
+def test_a_set_point_that_is_written_holds_its_joint_in_a_longer_run_too(tmp_path: Path) -> None:
+    """Also of a run that goes on: as a torque in time the control would end with the run."""
+    scene = load_scene("conform/joint_set_point")
+    state = state_tables(900.0, [6.7e6, 0.0], [0.0, 7.7e3], [0.1, 0.5, 0.3, 0.9], [1e-3] * 4)
+    for one in (scene, go_on(scene, state)):
+        one.to_toml(tmp_path / "again.toml")
+        again = load_scene(str(tmp_path / "again.toml"))
+        assert again.digest == one.digest
+        later = [change_scene(each, {"run": {"duration_s": 5000.0}}) for each in (one, again)]
+        assert later[0].digest == later[1].digest
+        assert later[1].effects.joint_torque[0].times_s[-1] == 5000.0
+
+
+def test_a_scene_that_was_changed_in_python_is_written_with_its_own_values(tmp_path: Path) -> None:
+    """The springs alone are other ones: the torque of the set point stays what it was."""
+    scene = load_scene("conform/joint_set_point")
+    assert scene.effects.joint_spring_damper is not None
+    springs = dataclasses.replace(scene.effects.joint_spring_damper, stiffness_N_m_rad=(2.0, 2.0, 2.0))
+    changed = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, joint_spring_damper=springs))
+    changed.to_toml(tmp_path / "again.toml")
+    assert load_scene(str(tmp_path / "again.toml")).effects == changed.effects
 
 
 def test_a_torque_may_jump_between_two_equal_instants(tmp_path: Path) -> None:
