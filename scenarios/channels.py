@@ -257,3 +257,13 @@ def numbered_part(column: str) -> tuple[str, int] | None:
     """Pattern and number of a column such as ``angle_3_rad``; None of one without a number between underscores."""
     found = NUMBER.search(column)
     return (f"{column[: found.start()]}_{{}}{column[found.end() :]}", int(found[1])) if found else None
+
+
+def degree_column(column: str) -> str:
+    """Column of the same quantity in degrees, or degrees a second: ``angle_1_deg``; one that is no angle as it is."""
+    return re.sub("_rad(_s)?$", r"_deg\1", column)
+
+
+def radian_column(column: str) -> str:
+    """Column in rad or rad/s that a column in degrees stands for; any other as it is."""
+    return re.sub("_deg(_s)?$", r"_rad\1", column)

@@ -63,11 +63,13 @@ def channel_names(context: click.Context, option: click.Parameter, given: tuple[
               help="Write this channel, stored or derived, e.g. joint_angle, or a column of it, joint_angle_2_rad, in "
               "place of all stored ones; `barchain explain channels` lists them. May be repeated, or a list with "
               "commas.")  # fmt: skip
+@click.option("--degrees", is_flag=True,
+              help="Write angles in degrees and rates in degrees a second: angle_1_deg, rate_1_deg_s.")  # fmt: skip
 @click.option("--condition", is_flag=True, help="Add the condition number of the joint system (reference only).")
 @overwrite_option
 def simulate(
     scene: str, engine: str | None, settings: tuple[GivenSetting, ...], out: Path, time_limit_s: float,
-    columns: tuple[str, ...], condition: bool, overwrite: bool,
+    columns: tuple[str, ...], degrees: bool, condition: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Run SCENE (a name or a file) in one engine and write its samples."""
     if out.suffix not in ENDINGS:
@@ -77,7 +79,8 @@ def simulate(
 
     claim([out], f"{out} is there", overwrite=overwrite)
     trajectory = run(scene, engine, settings, time_limit_s, condition=condition)
-    write(chosen(trajectory, columns) if columns else trajectory.to_frame(), out)
+    frame = chosen(trajectory, columns) if columns else trajectory.to_frame()
+    write(in_degrees(frame) if degrees else frame, out)
     say(f"wrote {out}: {len(trajectory.t_s)} samples" + (f"; {trajectory.ended}" if trajectory.ended else ""))
 
 
@@ -89,6 +92,16 @@ def chosen(trajectory: Trajectory, columns: tuple[str, ...]) -> pd.DataFrame:
         return chosen_columns(trajectory, columns)
     except DerivedError as error:
         raise click.UsageError(f"--columns: {error}") from None
+
+
+def in_degrees(frame: pd.DataFrame) -> pd.DataFrame:
+    """Table with angles and rates in degrees, under the names of these."""
+    import numpy as np
+
+    from scenarios.channels import degree_column
+
+    angles = [name for name in map(str, frame.columns) if degree_column(name) != name]
+    return frame.assign(**{name: np.degrees(frame[name]) for name in angles}).rename(columns=degree_column)
 
 
 def run(

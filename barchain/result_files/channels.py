@@ -22,7 +22,7 @@ from barchain.result_files.numbers import (
 )
 from barchain.result_files.table import MOST_NAME, MOST_NAMES, TableError, listed, read_table
 from barchain.result_files.units import UnitError, factor
-from scenarios.channels import COMPARED, STORED, unit_ending
+from scenarios.channels import COMPARED, STORED, degree_column, unit_ending
 from scenarios.derived_channels import DERIVED
 from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
@@ -42,7 +42,7 @@ SI_UNITS = {TIME: "s"} | {stem: channel.unit for channel in COMPARED for stem in
 """Channels that a file may have, ``{}`` for the number of a bar or joint, and their SI units"""
 LEFT_ALONE = re.compile(
     "|".join(
-        stem.format(r"\d+").replace("effect", r"\w+") + f"(?:{c.ending.lower()})?"
+        stem.format(r"\d+").replace("effect", r"\w+") + f"(?:{c.ending.lower()}|{degree_column(c.ending).lower()})?"
         for c in (*STORED, *DERIVED)
         if c not in COMPARED
         for stem in c.stems

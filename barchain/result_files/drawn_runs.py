@@ -12,7 +12,7 @@ from barchain.result_files.table import TableError, read_table
 from reports.motion.charts import ALL_CHANNELS, columns_of
 from reports.results.reading import read_parquet
 from scenarios import scene_names
-from scenarios.channels import CLOCK, TIME
+from scenarios.channels import CLOCK, TIME, radian_column
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def read_run_table(path: Path) -> pd.DataFrame:
         If the file is no such table, or holds no channel; the message names the line of a cell that is no number.
     """
     found = read_parquet(path, [TIME]) if path.suffix == PARQUET else of_text(path)
+    found = found.assign(**{name: np.radians(found[given]) for name, given in in_degrees(found.columns).items()})
     known = known_columns(found)
     if not known:
         there = ", ".join(map(str, found.columns[:8]))
@@ -55,7 +56,9 @@ def of_text(path: Path) -> pd.DataFrame:
     if TIME not in table.names:
         raise TableError(f"{table.file} has no column {TIME}{nearest(TIME, table.names)}; columns are as in `simulate`")
     texts = dict(zip(table.names, table.columns, strict=True))
-    wanted = [*instants_in(table.names), *known_columns(pd.DataFrame(columns=table.names))]
+    degrees = in_degrees(table.names)
+    known = known_columns(pd.DataFrame(columns=[*table.names, *degrees]))
+    wanted = [degrees.get(name, name) for name in (*instants_in(table.names), *known)]
     values = {}
     try:
         comma = decimal_comma(texts[name] for name in wanted)
@@ -66,6 +69,11 @@ def of_text(path: Path) -> pd.DataFrame:
     except ValueError as error:
         raise TableError(f"{table.file}: {error}") from None
     return pd.DataFrame(values | {name: np.nan for name in table.names if name not in values})
+
+
+def in_degrees(names: Collection[str]) -> dict[str, str]:
+    """Columns in degrees, as `simulate --degrees` writes them, by the columns in rad that they stand for."""
+    return {radian_column(name): name for name in names if radian_column(name) not in names}
 
 
 def instants_in(names: Collection[str]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from scenarios.channels import CHANNELS, CLOCK, TIME
+from scenarios.channels import CHANNELS, CLOCK, TIME, degree_column
 from scenarios.effect_types import Frame
 from scenarios.limits import MOST_KEY
 from scenarios.nearest import nearest
@@ -78,7 +78,8 @@ def with_state(tables: Data, folder: Path) -> Data:
     bars = bars if isinstance(bars, int) else 0
     (angle_j,), (rate_j,) = CHANNELS["attitude"].columns, CHANNELS["rate"].columns
     angles, rates = ([column.format(j) for j in range(1, bars + 1)] for column in (angle_j, rate_j))
-    if angle_j.format(bars + 1) in row:
+    further = angle_j.format(bars + 1)
+    if further in row or degree_column(further) in row:
         raise IncompleteError(f"chain.bars: {bars} given, and {start.from_} has more bars; allowed: as many")
     columns = (CHANNELS["com"].columns, CHANNELS["com_velocity"].columns, angles, rates)
     place, velocity, angle, rate = (numbers(start, row, names) for names in columns)
@@ -137,21 +138,22 @@ def rows_of(start: StartTable, path: Path) -> Iterator[Row]:
 
 
 def numbers(start: StartTable, row: Row, names: Sequence[str]) -> list[float]:
-    """Finite numbers of some columns of a row."""
+    """Finite numbers of some columns of a row; in degrees where it has these instead, as of `simulate --degrees`."""
     found = []
     for name in names:
-        if name not in row:
+        there = name if name in row else degree_column(name)
+        if there not in row:
             near = nearest(name, [column for column in row if column and len(column) <= MOST_KEY])
             raise IncompleteError(
                 f"start.from: {start.from_} has no column {name}{near}; allowed: the columns of `barchain simulate`"
             )
         try:
-            value = float(row[name])
+            value = float(row[there]) if there == name else math.radians(float(row[there]))
         except (TypeError, ValueError):
             value = math.nan
         if not math.isfinite(value):
             raise IncompleteError(
-                f"start.from: {shorten(row[name])} in the column {name} of {start.from_}, allowed: a number"
+                f"start.from: {shorten(row[there])} in the column {there} of {start.from_}, allowed: a number"
             )
         found.append(value)
     return found

@@ -30,6 +30,7 @@ COMMANDS = sorted(cli.commands)
 OWN_MEANING = {
     "--baseline",
     "--columns",
+    "--degrees",
     "--junit",
     "--list",
     "--part",

@@ -14,6 +14,7 @@ from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain import latched
+from barchain.cli.simulate import in_degrees
 from barchain.drawing import with_channel
 from barchain.metrics.derived import chosen_columns
 from barchain.result_files.drawn_runs import read_run_table
@@ -174,6 +175,18 @@ def test_a_file_starts_a_scene_as_python_does(tmp_path: Path, ending: str) -> No
         assert load_scene(tmp_path / "second.toml").digest == go_on(SCENE, whole.state(HALF_S), REST).digest
 
 
+def test_a_file_in_degrees_starts_a_scene_to_rounding(tmp_path: Path) -> None:
+    frame = run(SCENE).to_frame()
+    frame.to_csv(tmp_path / "radians.csv", index=False)
+    in_degrees(frame).to_csv(tmp_path / "degrees.csv", index=False)
+    states = []
+    for file in ("radians.csv", "degrees.csv"):
+        (tmp_path / "second.toml").write_text("\n".join(toml(started_in(file, {"time_s": HALF_S}))), "utf-8")
+        states.append(initial_state(load_scene(tmp_path / "second.toml")))
+    np.testing.assert_allclose(states[1].angle_rad, states[0].angle_rad, rtol=8.0 * EPS)
+    np.testing.assert_allclose(states[1].rate_rad_s, states[0].rate_rad_s, rtol=8.0 * EPS)
+
+
 def test_effects_go_on_where_they_were() -> None:
     second = go_on(SCENE, run(SCENE).state(HALF_S), REST).effects
     first = SCENE.effects
@@ -240,6 +253,7 @@ FAULTS: list[tuple[str, dict[str, Any], dict[str, Any], str]] = [
     (TABLE.replace("-80.0", "fast"), {}, {}, "'fast' in the column com_vx_m_s"),
     (f"{HEAD},angle_2_rad\n0.0,7e6,0.0,0.0,7e3,1.0,0.001,1.0\n", {}, {}, "chain.bars: 1 given"),
     (HEAD, {}, {}, "has no rows"),
+    (TABLE.replace("rate_1_rad_s", "rate_1_deg_s").replace(",0.001", ",slow"), {}, {}, "in the column rate_1_deg_s"),
     (TABLE, {"from": "other.csv"}, {}, "no such file"),
     (TABLE, {"from": "run.txt"}, {}, "ends with .csv or .parquet"),
 ]  # fmt: skip
@@ -276,6 +290,9 @@ def test_runs_that_go_on_follow_each_other_in_time() -> None:
     joined = whole.samples(slice(30)).continued(second)
     np.testing.assert_allclose(joined.t_s, whole.t_s)
     np.testing.assert_allclose(joined.com_m, whole.com_m, atol=1e-3)
+    assert joined.impulse_N_s is not None
+    assert whole.impulse_N_s is not None
+    np.testing.assert_allclose(joined.impulse_N_s, whole.impulse_N_s, atol=100.0 * RTOL)
 
 
 def test_a_run_that_goes_on_is_drawn_after_the_first_and_its_channels_are_those_of_its_own_times(
@@ -293,3 +310,28 @@ def test_a_run_that_goes_on_is_drawn_after_the_first_and_its_channels_are_those_
     np.testing.assert_array_equal(drawn.table["joint_torque_1_N_m"], right["joint_torque_1_N_m"])
     assert list(right)[:2] == ["t_s", "clock_s"]
     assert np.ptp(right["joint_torque_1_N_m"]) > 0.0
+
+
+def test_a_lock_between_two_instants_has_no_torque_before_and_after_it_and_impulses_add_up() -> None:
+    """Three runs after each other; the second one alone has a law, and the last one alone no impulse."""
+    struck = {"bar": 1, "direction_deg": 90.0, "impulse_N_s": 2.0}
+    pushes = {"impulse": [struck | {"at_s": 5.0}, struck | {"at_s": 25.0}]}
+    free = change_scene(FREE, {"effects": pushes, "run": {"duration_s": 30.0, "samples": 31}})
+    first = run(free).samples(slice(21))
+    law = {"run": {"duration_s": 10.0, "samples": 11}, "effects": {"prescribed_rotation": [HELD]}}
+    held = run(go_on(free, latched(free, first.state(), [1]), law))
+    last = run(go_on(free, held.state(), {"run": {"duration_s": 10.0, "samples": 11}}))
+    whole = first.continued(held).continued(last)
+    assert last.impulse_N_s is None
+    assert whole.torque_bars == (2,)
+    np.testing.assert_array_equal(whole.t_s[[0, 20, 21, 31, 32, 42]], [0.0, 20.0, 20.0, 30.0, 30.0, 40.0])
+    assert whole.torque_N_m is not None
+    assert whole.impulse_N_s is not None
+    assert held.torque_N_m is not None
+    assert first.impulse_N_s is not None
+    assert held.impulse_N_s is not None
+    np.testing.assert_array_equal(whole.torque_N_m[21:32], held.torque_N_m)
+    assert not whole.torque_N_m[:21].any()
+    assert not whole.torque_N_m[32:].any()
+    np.testing.assert_array_equal(whole.impulse_N_s[31:], [first.impulse_N_s[-1] + held.impulse_N_s[-1]] * 12)
+    assert np.abs(held.impulse_N_s[-1]).max() > 0.0
