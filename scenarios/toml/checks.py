@@ -180,7 +180,10 @@ def check_end_bodies(scene: SceneTables) -> Iterator[str]:
     effects, outer = scene.effects, {"first": (1, "left"), "last": (scene.chain.bars, "right")}
     for name in ("drag", "solar_pressure"):
         if getattr(effects, name):
-            yield f"effects.{name}: acts along every bar, and the chain has an end body; allowed: without one"
+            yield (
+                f"effects.{name}: acts on bars, and the chain has an end body; allowed: a bar in its place, twice "
+                "joint_m long, of the same mass_kg and inertia_kg_m2"
+            )
     if effects.gravity == "slender":
         yield 'effects.gravity: "slender" given, allowed with an end body: none, point, gradient, quadrupole'
     for name in ("thrust", "impulse"):
@@ -198,9 +201,13 @@ def check_centres(scene: SceneTables) -> Iterator[str]:
         return
     for name in ("drag", "solar_pressure"):
         if getattr(scene.effects, name):
-            yield f"effects.{name}: its formula has each bar's centre of mass midway; allowed: com_share = 0.5"
+            yield (
+                f"effects.{name}: its formula has each bar's centre of mass midway; allowed: com_share = 0.5, no "
+                "joint_mass"
+            )
     if scene.effects.gravity == "slender":
-        yield 'effects.gravity: "slender" given, allowed with com_share: none, point, gradient, quadrupole'
+        allowed = "none, point, gradient, quadrupole"
+        yield f'effects.gravity: "slender" given, allowed with com_share or joint_mass: {allowed}'
 
 
 def unequal(chain: ChainTable) -> bool:

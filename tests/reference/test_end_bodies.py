@@ -156,7 +156,7 @@ FAULTS = [
     (BODIES, {"length_m": [1.0, 2.0, 3.0, 4.0]}, {}, "one value per bar that is no end body: 2 of them"),
     (BODIES, {"angle_deg": [1.0, 2.0]}, {}, "a list needs one value per bar: 4 of them"),
     (BODIES, {}, {"gravity": "slender"}, 'effects.gravity: "slender" given, allowed with an end body'),
-    (BODIES, {}, {"drag": DRAG}, "effects.drag"),
+    (BODIES, {}, {"drag": DRAG}, "effects.drag: acts on bars, and the chain has an end body; allowed: a bar"),
     (BODIES, {}, {"solar_pressure": {"width_m": 0.1}}, "effects.solar_pressure"),
     (BODIES, {}, {"thrust": [THRUST]}, "effects.thrust[1].end: left"),
     (BODIES, {}, {"impulse": [IMPULSE]}, "allowed: left, its joint"),
