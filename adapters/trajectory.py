@@ -297,14 +297,44 @@ class Trajectory:
         return self.replace(**{name: v[rows] for name, v in arrays.items() if isinstance(v, np.ndarray)})
 
     def continued(self, later: Trajectory) -> Trajectory:
-        """The samples of `self`, then those of `later`, in every array that `self` has; the end is that of `later`.
+        """The samples of `self`, then those of `later`, in every array that both have; the end is that of `later`.
 
-        The instants of a run that goes on from a state of this one count from the start of this one.
+        Of a run that goes on from a state of this one, instants and sums of impulses count from the start of this one.
+        A bar without a law has a torque of 0.
         """
-        later = later.replace(t_s=later.t_s + (later.clock_s - self.clock_s))
-        arrays = {f.name: (getattr(self, f.name), getattr(later, f.name)) for f in dataclasses.fields(self)}
-        joined = {name: np.concatenate(both) for name, both in arrays.items() if isinstance(both[0], np.ndarray)}
-        return dataclasses.replace(self.replace(**joined), ended=later.ended)
+        after_s = later.clock_s - self.clock_s
+        bars = tuple(dict.fromkeys((*self.torque_bars, *later.torque_bars)))
+        struck = self.impulse_N_s is not None or later.impulse_N_s is not None
+        parts = [
+            each.replace(torque_N_m=torques_on(each, bars), impulse_N_s=impulses_of(each) if struck else None)
+            for each in (self, later)
+        ]
+        joined: dict[str, Array | None] = {}
+        for f in dataclasses.fields(self):
+            before, after = (getattr(part, f.name) for part in parts)
+            if f.name == "t_s":
+                after = after + after_s
+            elif f.name == "impulse_N_s" and after_s > 0.0 and before is not None and after is not None:
+                after = after + before[-1]
+            if isinstance(before, np.ndarray):
+                joined[f.name] = None if after is None else np.concatenate((before, after))
+        return dataclasses.replace(self.replace(**joined), ended=later.ended, torque_bars=bars)
+
+
+def torques_on(run: Trajectory, bars: tuple[int, ...]) -> Array | None:
+    """Torques on some bars, (n, P) N m: 0 on one without a law."""
+    if run.torque_N_m is None or run.torque_N_m.shape[1] != len(run.torque_bars):
+        return run.torque_N_m
+    found = np.zeros((len(run.t_s), len(bars)))
+    found[:, [bars.index(bar) for bar in run.torque_bars]] = run.torque_N_m
+    return found
+
+
+def impulses_of(run: Trajectory) -> Array | None:
+    """Sums of impulsive reactions, (n, N-1, 2) N s: 0 in a scene without impulses."""
+    if run.impulse_N_s is not None or run.run_scene is None or run.run_scene.effects.impulse:
+        return run.impulse_N_s
+    return np.zeros((len(run.t_s), run.run_scene.bars - 1, 2))
 
 
 def drawing(kind: str) -> Callable[..., Any]:
