@@ -241,11 +241,13 @@ def joint_torque(motion: Motion) -> Array:
 
 def torque_power(m: Motion) -> Array:
     """Power of the torque of each prescribed rotation, (n, P) W."""
-    turned = [
-        m.rate[:, law.bar] - (0.0 if law.reacts_on is None else m.rate[:, law.reacts_on])
-        for law in m.model.prescriptions
-    ]
-    found: Array = m.array("torque") * np.stack(turned, axis=1)
+    torque, laws = m.array("torque"), m.model.prescriptions
+    if not laws or torque.shape[1] != len(laws):
+        raise DerivedError(
+            f"needs a law for each torque, which {m.scene.name} lacks; joined runs have it by themselves"
+        )
+    turned = [m.rate[:, law.bar] - (0.0 if law.reacts_on is None else m.rate[:, law.reacts_on]) for law in laws]
+    found: Array = torque * np.stack(turned, axis=1)
     return found
 
 

@@ -16,7 +16,7 @@ from adapters.reference.numpy_engines import Reference
 from barchain import latched
 from barchain.cli.simulate import in_degrees
 from barchain.drawing import with_channel
-from barchain.metrics.derived import chosen_columns
+from barchain.metrics.derived import DerivedError, chosen_columns
 from barchain.result_files.drawn_runs import read_run_table
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
 from reports.motion.charts import Run
@@ -335,3 +335,6 @@ def test_a_lock_between_two_instants_has_no_torque_before_and_after_it_and_impul
     assert not whole.torque_N_m[32:].any()
     np.testing.assert_array_equal(whole.impulse_N_s[31:], [first.impulse_N_s[-1] + held.impulse_N_s[-1]] * 12)
     assert np.abs(held.impulse_N_s[-1]).max() > 0.0
+    for without in (whole, first):
+        with pytest.raises(DerivedError, match="torque_power needs a law for each torque, which mine lacks"):
+            chosen_columns(without, ["torque_power"])
