@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 
-EXTRA = "pip install '.[nightly]'"
-NEEDED = ("fsspec",)
-
 
 class HistoryError(ValueError):
     """Raised for a history that can't be read or written; the message is one line."""
@@ -20,9 +17,9 @@ def need_extra(*more: str) -> None:
     HistoryError
         If one is missing; the message says how to get it.
     """
-    for module in (*NEEDED, *more):
+    for module in ("fsspec", *more):
         if importlib.util.find_spec(module) is None:
-            raise HistoryError(f"the history needs {module}, which is not installed; try: {EXTRA}")
+            raise HistoryError(f"the history needs {module}, which is not installed; try: pip install '.[nightly]'")
 
 
 class PinnedEnvironmentError(HistoryError):

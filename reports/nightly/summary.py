@@ -1,7 +1,8 @@
-"""Summary of a night as Markdown, e.g. for the step summary of a CI; the message for a chat; changes by their cause."""
+"""Markdown: the summary of a night, e.g. for a step of a CI, and the comment of a gate; the message for a chat."""
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections import Counter
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reports.results.nights.document import ChangeEntry, NightlyFile
+    from reports.results.nights.gate import GateResult
 
 FILE = "summary.md"
 MOST_ROWS = 30
@@ -29,8 +31,14 @@ NOT_REPRODUCIBLE = "not reproducible: the parts are the same, the bits are other
 def write_summary(folder: Path, facts: NightlyFile) -> None:
     """Write the summary of a night into a folder."""
     template = templates().get_template("nightly/summary.md.j2")
-    text = template.render(facts=facts, causes=by_cause(facts.changes), most=MOST_ROWS, seconds=seconds_words)
+    text = template.render(facts=facts, causes=by_cause(facts.changes), most=MOST_ROWS)
     write_atomically(folder / FILE, text.strip() + "\n")
+
+
+def gate_comment(result: GateResult) -> str:
+    """Comment of a gate for a pull request; its first line is the answer."""
+    text = templates().get_template("nightly/gate.md.j2").render(result=result, most=MOST_ROWS)
+    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
 def message(facts: NightlyFile, link: str = "", before: str = "") -> str:
@@ -44,7 +52,8 @@ def message(facts: NightlyFile, link: str = "", before: str = "") -> str:
         own = dict.fromkeys(suspect.short for suspect in (*change.suspects, *change.newest))
         suspects = ", ".join(own) or "no part that differs"
         again = after is not None and (after.suspects, after.newest) == (change.suspects, change.newest)
-        said.append(f"{change.dated(facts.night.name)}{'' if again else f' ({suspects})'}")
+        names = "" if again or change.never_words else f" ({suspects})"
+        said.append(f"{change.dated(facts.night.name)}{names}")
     if len(every) > MOST_NAMED:
         said.append(f"and {len(every) - MOST_NAMED} more")
     changed = {(change.scene, change.engine) for change in every}
@@ -53,14 +62,8 @@ def message(facts: NightlyFile, link: str = "", before: str = "") -> str:
         said = [rejected.words for rejected in facts.rejected[:MOST_NAMED]]
     sentences = [line for text in (before, facts.sentence) for line in textwrap.wrap(text, MOST_CHARACTERS)]
     left_out = [facts.left_out_words] if facts.left_out else []
-    return "\n".join([*sentences, *map(cut, (*said, *left_out)), link or facts.night.name])
-
-
-def cut(line: str) -> str:
-    """Line of at most the characters that a chat shows, cut between words."""
-    if len(line) <= MOST_CHARACTERS:
-        return line
-    return f"{line[: MOST_CHARACTERS - 2].rpartition(' ')[0].rstrip(';,')} …"
+    lines = [textwrap.shorten(line, MOST_CHARACTERS, placeholder=" …") for line in (*said, *left_out)]
+    return "\n".join([*sentences, *lines, link or facts.night.name])
 
 
 @dataclass(frozen=True)
@@ -96,9 +99,3 @@ def by_cause(changes: Iterable[ChangeEntry]) -> list[CauseGroup]:
         accepted = change.accepted.sentence if change.accepted else ""
         found.setdefault((cause, change.confirmed_words, accepted), []).append(change)
     return [CauseGroup(*key, tuple(own)) for key, own in found.items()]
-
-
-def seconds_words(duration_s: float) -> str:
-    """``12 min 5 s``."""
-    minutes, seconds = divmod(round(duration_s), 60)
-    return f"{minutes} min {seconds} s" if minutes else f"{seconds} s"

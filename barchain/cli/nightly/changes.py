@@ -6,7 +6,6 @@ import datetime
 import getpass
 import json
 import os
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import click
@@ -152,7 +151,7 @@ def accepted_changes(url: str | None, as_json: bool) -> None:
     known = acceptances.accepted(store)
     holding = standing.in_force(judging.latest_judged(store), known, datetime.datetime.now(datetime.UTC))
     if as_json:
-        say(json.dumps([asdict(one) | {"lapsed": one not in holding} for one in known], indent=2, default=str))
+        say(json.dumps([one.model_dump() | {"lapsed": one not in holding} for one in known], indent=2, default=str))
         return
     for one in sorted(known, key=lambda one: one not in holding):
         say(one.words if one in holding else f"lapsed: {one.words}")

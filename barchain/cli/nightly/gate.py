@@ -42,7 +42,7 @@ def gate(
     need_extra("packaging", "uv")
     from barchain.nightly.gate.known import FILE, known_failures  # noqa: PLC0415
     from barchain.nightly.gate.run import run_gate  # noqa: PLC0415
-    from reports.nightly.gate import gate_comment  # noqa: PLC0415
+    from reports.nightly.summary import gate_comment  # noqa: PLC0415
 
     if known is not None and not known.is_file():
         raise click.UsageError(f"--known {known}: no such file")

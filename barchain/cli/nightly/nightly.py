@@ -94,7 +94,7 @@ def run_and_tell(
     *, need_history: bool = False,
 ) -> None:  # fmt: skip
     """Run the night, write its documents, and end with the exit code of what it found."""
-    from barchain.nightly.history.fold import folded_night  # noqa: PLC0415
+    from barchain.nightly.history.judging import folded_night  # noqa: PLC0415
     from barchain.nightly.history.pruning import prune_runs  # noqa: PLC0415
     from barchain.nightly.running.budget import process_age_s  # noqa: PLC0415
     from barchain.nightly.running.night import run_night  # noqa: PLC0415

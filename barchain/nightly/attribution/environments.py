@@ -279,7 +279,7 @@ def copy_information(target: Path) -> None:
                 shutil.copytree(folder, target / folder.name, ignore=LEFT_OUT, dirs_exist_ok=True)
 
 
-def commit_tree(commit: str, target: Path, repository: Path | None = None) -> Path:
+def commit_tree(commit: str, target: Path) -> Path:
     """Write the packages of a commit into a new folder.
 
     Parameters
@@ -287,8 +287,6 @@ def commit_tree(commit: str, target: Path, repository: Path | None = None) -> Pa
     commit : str
         Any name that Git knows.
     target : Path
-    repository : Path, optional
-        Folder inside the repository; that of this installation by default.
 
     Raises
     ------
@@ -297,9 +295,8 @@ def commit_tree(commit: str, target: Path, repository: Path | None = None) -> Pa
     """
     if commit.endswith("+"):
         raise PinnedEnvironmentError(f"commit {commit}: the sources differed from the commit; they can't be made again")
-    folder = repository or Path(__file__).parent
     try:
-        top = Path(git(folder, "rev-parse", "--show-toplevel").decode().strip())
+        top = Path(git(Path(__file__).parent, "rev-parse", "--show-toplevel").decode().strip())
         found = git(top, "archive", "--format=tar", commit, *PACKAGES)
     except GitError as error:
         raise PinnedEnvironmentError(f"commit {commit}: {error}") from None

@@ -90,7 +90,7 @@ def known_tags() -> frozenset[object]:
 
 def packages(distribution: str, *, needed: bool = True) -> Iterable[DistributionPackage]:
     """Files of a distribution in the index; none where it gives none, and they are not needed."""
-    place = configured_index()
+    place = pip_setting("index-url")
     try:
         with PyPISimple(endpoint=place) if place else PyPISimple() as index:
             return index.get_project_page(distribution, timeout=INDEX_S).packages
@@ -99,9 +99,3 @@ def packages(distribution: str, *, needed: bool = True) -> Iterable[Distribution
             return ()
         name = type(error).__name__
         raise PinnedEnvironmentError(f"{distribution}: the package index gave no list of releases ({name})") from None
-
-
-@cache
-def configured_index() -> str:
-    """Index that pip is configured to use; empty for the usual one."""
-    return pip_setting("index-url")

@@ -16,7 +16,7 @@ from barchain.nightly.attribution.environments import (
     replace_packages,
 )
 from barchain.nightly.errors import HistoryError, PinnedEnvironmentError
-from barchain.nightly.figures.changes import OTHER_STUDIES, RULES, Direction, compared
+from barchain.nightly.figures.changes import COMPARED, OTHER_STUDIES, Direction, compared
 from barchain.nightly.figures.dependencies import SOURCES, installed_parts
 from barchain.nightly.figures.figure import STEPPED, Figure, FigureIdentity, FigureKind
 from barchain.nightly.figures.origins import can_be_installed, requirement_of
@@ -309,7 +309,7 @@ def shows(identity: FigureIdentity, base: Figure, found: Figure, factor: float |
         return base.missing is not found.missing
     if identity.kind is FigureKind.BITS:
         return base.word != found.word
-    if identity.kind in RULES:
+    if identity.kind in COMPARED:
         judged = compared(base, found)
         return judged is not None and judged.direction is not Direction.SAME
     assert base.value is not None

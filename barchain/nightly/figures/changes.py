@@ -16,7 +16,7 @@ from reports.results.stability import Stability
 from reports.results.studies import STUDIES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
     from barchain.nightly.figures.figure import NightSummary
 
@@ -215,13 +215,8 @@ def judge_verdict(was: Figure, now: Figure) -> Judgement | None:
     return Judgement(Direction.CHANGED, said)
 
 
-RULES: dict[FigureKind, Callable[[Figure, Figure], Judgement | None]] = {
-    FigureKind.ERROR: judge_number,
-    FigureKind.VERDICT: judge_verdict,
-    FigureKind.COUNT: judge_number,
-    FigureKind.VALUE: judge_number,
-}
-"""Rule of each deterministic kind"""
+COMPARED = frozenset(FigureKind) - STEPPED - {FigureKind.BITS}
+"""Kinds of which a figure is judged against an earlier one alone"""
 
 PATIENCE = 5
 """Nights in a row on which a run had no time: then that is told. Slow-downs of 10 % take about as many nights"""
@@ -235,7 +230,7 @@ def compared(was: Figure, now: Figure) -> Judgement | None:
         if now.missing:
             return Judgement(Direction.WORSE, f"missing: {now.reason}")
         return Judgement(Direction.BETTER, f"there again; it was missing: {was.reason}")
-    return RULES[was.identity.kind](was, now)
+    return judge_verdict(was, now) if was.identity.kind is FigureKind.VERDICT else judge_number(was, now)
 
 
 ROUNDING_LEVEL = 30.0
@@ -252,12 +247,12 @@ def is_above(level: Figure, now: Figure) -> bool:
         return now.missing and not level.missing
     if now.identity.kind is FigureKind.ERROR and (now.value or 0.0) <= ROUNDING_LEVEL * (now.tolerance or 0.0):
         return False
-    return now.identity.kind in RULES and differs(level, now, Direction.WORSE)
+    return now.identity.kind in COMPARED and differs(level, now, Direction.WORSE)
 
 
 def is_better(level: Figure, now: Figure) -> bool:
     """Whether a result that is there is better than another one."""
-    return not level.missing and not now.missing and differs(level, now, Direction.BETTER)
+    return not level.missing and differs(level, now, Direction.BETTER)
 
 
 def differs(was: Figure, now: Figure, direction: Direction) -> bool:

@@ -51,23 +51,10 @@ def recorded_environment(record: Mapping[str, Any]) -> Environment:
     )
 
 
-PYTHON, BLAS, VARIABLES, HARNESS, REFERENCE, JUDGE, SHARED = (
-    "python",
-    "blas",
-    "variables",
-    "harness",
-    "reference",
-    "judge",
-    "adapter:shared",
-)
+PYTHON, BLAS, VARIABLES = "python", "blas", "variables"
+HARNESS, REFERENCE, JUDGE, SHARED = "harness", "reference", "judge", "adapter:shared"
 SOURCES = {
-    HARNESS: (
-        "barchain.record",
-        "barchain.runs",
-        "barchain.nightly.figures.results",
-        "reports.results",
-        "scenarios",
-    ),
+    HARNESS: ("barchain.record", "barchain.runs", "barchain.nightly.figures.results", "reports.results", "scenarios"),
     REFERENCE: ("reference_impl",),
     JUDGE: ("barchain.judge", "barchain.metrics", "barchain.solutions", "barchain.studies"),
     SHARED: ("adapters.common", "adapters.bar_loads", "adapters.engine", "adapters.trajectory", "adapters.registry"),
@@ -77,9 +64,7 @@ DECIDING = ("BARCHAIN_KERNEL", "BARCHAIN_NO_KERNEL", "NPY_DISABLE_CPU_FEATURES",
 """Variables that choose the code which computes"""
 LIBRARIES = ("numpy", "pandas", "pyarrow", "scipy")
 """Libraries that every engine's figures depend on: they read, judge, step, and keep tables"""
-IMPORTED = {
-    "adapter:ode_solvers": ("adapter:reference",),
-}
+IMPORTED = {"adapter:ode_solvers": ("adapter:reference",)}
 """Adapters that import others"""
 JUDGED = {FigureKind.ERROR, FigureKind.VERDICT, FigureKind.VALUE}
 """Kinds that depend on the judge and its solutions"""

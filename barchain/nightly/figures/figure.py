@@ -196,22 +196,9 @@ class Environment:
         return content_digest([self.cpu, self.cpu_flags, self.cores, self.architecture, self.libc])[:16]
 
 
-class HasParts:
-    """Parts of a night by name."""
-
-    parts: tuple[NightPart, ...]
-    environment: Environment
-
-    @cached_property
-    def part_named(self) -> Mapping[str, NightPart]:
-        """Parts by name, the machine class among them."""
-        machine = NightPart(MACHINE, self.environment.cpu[:MOST_TEXT], self.environment.machine_class)
-        return {part.name: part for part in (*self.parts, machine)}
-
-
-@dataclass(frozen=True)
-class Night(HasParts):
-    """One night: environment, parts and figures. Nights of equal content are the same night."""
+@dataclass(frozen=True, kw_only=True)
+class NightFacts:
+    """What a night was over, and how it ended."""
 
     started: datetime.datetime
     """UTC"""
@@ -222,13 +209,35 @@ class Night(HasParts):
     """Version"""
     environment: Environment
     parts: tuple[NightPart, ...] = ()
-    figures: tuple[Figure, ...] = ()
     commit: str | None = None
     complete: bool = True
     void: str | None = None
     """Why the night can't be believed; None if it can"""
+
+    @cached_property
+    def part_named(self) -> Mapping[str, NightPart]:
+        """Parts by name, the machine class among them."""
+        machine = NightPart(MACHINE, self.environment.cpu[:MOST_TEXT], self.environment.machine_class)
+        return {part.name: part for part in (*self.parts, machine)}
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """These facts by name."""
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(NightFacts)}
+
+    @property
+    def state(self) -> str:
+        """State in a word or a reason."""
+        return f"void: {self.void}" if self.void else "complete" if self.complete else "incomplete"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Night(NightFacts):
+    """One night: environment, parts and figures. Nights of equal content are the same night."""
+
+    figures: tuple[Figure, ...] = ()
     label: str = ""
-    """Ending of the name, of a night that has a folder already; the first digits of the identity by default"""
+    """Ending of the name, of a night that has a folder already; the first digits of its content's digest by default"""
 
     def __post_init__(self) -> None:
         """Put parts and figures in order."""
@@ -236,43 +245,28 @@ class Night(HasParts):
         object.__setattr__(self, "figures", tuple(sorted(self.figures, key=lambda figure: figure.identity)))
 
     @cached_property
-    def identity(self) -> str:
-        """Digest of the whole content."""
-        return content_digest(self)
-
-    @cached_property
     def name(self) -> str:
         """Name of the night and of its folder: its start, and some digits that tell nights of one second apart."""
-        return f"{self.started.strftime(NIGHT_FORMAT)}-{self.label or self.identity[:8]}"
+        content = [self.started, self.duration_s, self.plan, self.barchain, self.environment, self.parts, self.figures,
+                   self.commit, self.complete, self.void, self.label]  # fmt: skip
+        return f"{self.started.strftime(NIGHT_FORMAT)}-{self.label or content_digest(content)[:8]}"
 
     def summary(self, **stored: Any) -> NightSummary:
         """Night without its figures, with what a history knows of it."""
-        return NightSummary(
-            self.name, self.started, self.duration_s, self.plan, self.barchain, self.environment, self.parts,
-            len(self.figures), self.commit, self.complete, self.void, **stored,
-        )  # fmt: skip
+        return NightSummary(**self.facts, name=self.name, figures=len(self.figures), **stored)
 
 
 SHARED: dict[Any, Any] = {}
 """Parts and environments of all nights: most nights share them, and equal ones are one object"""
 
 
-@dataclass(frozen=True)
-class NightSummary(HasParts):
+@dataclass(frozen=True, kw_only=True)
+class NightSummary(NightFacts):
     """Night without its figures, as its record in a history holds it."""
 
     name: str
-    started: datetime.datetime
-    duration_s: float
-    plan: str
-    barchain: str
-    environment: Environment
-    parts: tuple[NightPart, ...]
     figures: int
     """Number of figures"""
-    commit: str | None = None
-    complete: bool = True
-    void: str | None = None
     run: NightRun | None = None
     """What the night did of its plan; None of a night that was added as a result folder"""
     digest: str = ""
@@ -286,11 +280,6 @@ class NightSummary(HasParts):
         """Share parts and environment with other nights."""
         object.__setattr__(self, "parts", tuple(SHARED.setdefault(part, part) for part in self.parts))
         object.__setattr__(self, "environment", SHARED.setdefault(self.environment, self.environment))
-
-    @property
-    def state(self) -> str:
-        """State in a word or a reason."""
-        return f"void: {self.void}" if self.void else "complete" if self.complete else "incomplete"
 
 
 EarlierNames = tuple[tuple[FigureIdentity, str], ...]

@@ -100,6 +100,7 @@ def states_between(before: str, after: str, scratch: Path) -> list[str] | None:
     return [f"{version}{AT}{first[1]}@{commit}{first[3] or ''}" for commit in found]
 
 
+@cache
 def pip_setting(name: str) -> str:
     """Setting of pip, as it is configured here; empty without."""
     done = run([*OWN_PYTHON, "-m", "pip", "config", "get", f"global.{name}"], limit_s=CONFIG_S)

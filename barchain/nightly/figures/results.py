@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
-from string import Formatter
+from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 from adapters.registry import engines
@@ -99,29 +99,27 @@ def identity_of(row: Row, rule: Followed) -> FigureIdentity | None:
     if several or unknown_unit or broken or {row["engine"], row["quantity"]} & set(rule.besides):
         return None
     tags = parsed_tags(row["tags"])
-    filled = Filled()
-    parts = [filled.vformat(part, (), row | tags) for part in rule.quantity.split(STUDY_SEPARATOR)]
+    values: dict[str, Any] = defaultdict(lambda: LACKING, row | tags)
+    values |= {name: LACKING for name, given in values.items() if isinstance(given, float) and math.isnan(given)}
+    parts = [part.format_map(values) for part in rule.quantity.split(STUDY_SEPARATOR)]
     study = "" if row["study"] == COMPARISON.study else str(row["study"])  # begins the quantity's name
     quantity = STUDY_SEPARATOR.join(part for part in (study, *parts) if part)
-    setting, anchor = filled.vformat(rule.setting, (), row | tags), str(tags.get(RELATIVE_TO, ""))
+    setting, anchor = rule.setting.format_map(values), str(tags.get(RELATIVE_TO, ""))
     unit = FigureUnit.NONE if kind in WORDED else FigureUnit(row["unit"] or "1")
     scene, engine, setting, quantity = map(brief, (row["scene"], row["engine"], setting, quantity))
     relative = brief(anchor) if kind is FigureKind.RATIO else ""
     return FigureIdentity(scene, engine, setting, quantity, kind, unit, relative)
 
 
-class Filled(Formatter):
-    """Templates of names: text that a row lacks is empty, a number that it lacks ``nan``."""
+class Lacking(float):
+    """Number that a row lacks: ``nan`` where a name asks for its digits, and else empty."""
 
-    def get_value(self, key: int | str, args: Any, kwargs: Any) -> Any:  # noqa: ARG002  # the signature of Formatter
-        """Column or tag of a row."""
-        return kwargs.get(key, math.nan)
+    def __format__(self, spec: str) -> str:
+        """Text in a name."""
+        return format(math.nan, spec) if spec else ""
 
-    def format_field(self, value: Any, format_spec: str) -> str:
-        """Text of a value."""
-        if not format_spec and isinstance(value, float) and math.isnan(value):
-            return ""
-        return format(value, format_spec)
+
+LACKING = Lacking("nan")
 
 
 def word(identity: FigureIdentity, row: Row, parts: Key) -> Figure:
@@ -218,24 +216,24 @@ def read_figures_of(folder: Path) -> tuple[Figure, ...]:
     return tuple(f for files in found_in(folder) for f in figures_of(files.rows(folder), files.followed))
 
 
-def read_night(folder: Path) -> Night:
-    """Night of a result folder: its figures, and what its records say of environment and parts.
+def read_night(*folders: Path) -> Night:
+    """Night of result folders: their figures, and what their records say of environment and parts.
 
     Records hold versions, and no digests of installed files: those parts are known by version only.
 
     Raises
     ------
     HistoryError
-        If the folder holds no results.
+        If a folder holds no results.
     FileNotFoundError, DamagedResultsError, SchemaVersionError
         If a table or a record is missing, damaged, or of another version.
     """
-    read = records_of([folder])
-    figures = read_figures_of(folder)
-    first = min((record for _, record in read), key=lambda record: started(folder, record))
+    read = records_of(folders)
+    figures = merged(figure for folder in folders for figure in read_figures_of(folder))
+    first = min((record for _, record in read), key=lambda record: started(folders[0], record))
     environment = recorded_environment(first)
     return Night(
-        started=started(folder, first),
+        started=started(folders[0], first),
         duration_s=sum(float(record.get("seconds") or 0.0) for _, record in read),
         plan=plan_of(read),
         barchain=str(first.get("barchain") or ""),

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from barchain.nightly.figures.table import NumberSeries
 
     Array = NDArray[np.float64]
+    Told = Mapping[int, bool]
     ToldChanges = Mapping[str, Sequence[tuple[str, bool]]]
 
 
@@ -75,19 +76,10 @@ class Step:
         return self.factor > 1.0
 
 
-@dataclass(frozen=True)
-class ToldStep:
-    """Step that an earlier night told."""
-
-    place: int
-    """First element of the new level"""
-    slower: bool
-    """Whether the new level is the larger one"""
-
-
 def find_steps(
-    x: Array, threshold: float, correlation: float = 0.0, likely: Collection[int] = (), told: Sequence[ToldStep] = ()
-) -> tuple[Step, ...]:
+    x: Array, threshold: float, correlation: float = 0.0, likely: Collection[int] = (),
+    told: Told = MappingProxyType({}),
+) -> tuple[Step, ...]:  # fmt: skip
     """Steps of at least :data:`LEAST_EFFECT` in a series (n,) of logarithms, in their order.
 
     Steps that earlier nights told divide the series first. Each is held at its place, though the last nights make it
@@ -103,10 +95,10 @@ def find_steps(
         Of neighbours.
     likely : collection of int
         Places at which a part changed: among places that fit about as well, one of these is taken.
-    told : sequence of ToldStep
-        Steps that earlier nights told.
+    told : mapping
+        Places of the steps that earlier nights told, and whether the new level is the larger one.
     """
-    held = {one.place: one for one in told if 0 < one.place < len(x)}
+    held = {place: slower for place, slower in told.items() if 0 < place < len(x)}
     probability = found_between(x, held, threshold, correlation, likely)
     while True:
         steps = sized(x, {**dict.fromkeys(held, math.nan), **probability}, correlation)
@@ -143,20 +135,20 @@ def sized(x: Array, probability: Mapping[int, float], correlation: float) -> lis
     return [step_at(parts[k], parts[k + 1], place, probability[place], correlation) for k, place in enumerate(places)]
 
 
-def size(step: Step, held: Mapping[int, ToldStep]) -> float:
+def size(step: Step, held: Told) -> float:
     """Size of a step in logarithms: of a held one in its direction.
 
     A new one that is a held one found again beside its place is smaller than all others.
     """
-    known, log = held.get(step.place), math.log(step.factor)
-    if known is not None:
-        return log if known.slower else -log
-    return -math.inf if any(alike(step, one) for one in held.values()) else abs(log)
+    log = math.log(step.factor)
+    if step.place in held:
+        return log if held[step.place] else -log
+    return -math.inf if is_known(step, held) else abs(log)
 
 
-def alike(step: Step | ToldStep, other: Step | ToldStep) -> bool:
-    """Whether two steps of a series are the same one: its place moves a little when nights are added."""
-    return abs(step.place - other.place) <= SHIFT and step.slower is other.slower
+def is_known(step: Step, known: Told) -> bool:
+    """Whether a step is one of the known ones: its place moves a little when nights are added."""
+    return any(abs(step.place - place) <= SHIFT and step.slower is slower for place, slower in known.items())
 
 
 def divided(
@@ -220,14 +212,14 @@ FALSE_ALARMS = 1.0 / 120.0
 """Largest probability of a false alarm in a night: one in four months, half a one in 60 nights"""
 
 
-def discoveries(steps: Sequence[Step], false_alarms: float = FALSE_ALARMS) -> list[Step]:
+def discoveries(steps: Sequence[Step]) -> list[Step]:
     """Steps between groups that are told: of at least the least effect, with one error rate for all of them."""
     if not steps:
         return []
     adjusted = false_discovery_control(np.array([step.probability for step in steps]), method="bh")
     least = math.log1p(LEAST_EFFECT)
     told = zip(steps, adjusted, strict=True)
-    return [step for step, chance in told if chance <= false_alarms and abs(math.log(step.factor)) >= least]
+    return [step for step, chance in told if chance <= FALSE_ALARMS and abs(math.log(step.factor)) >= least]
 
 
 WINDOW = 200
@@ -235,7 +227,7 @@ WINDOW = 200
 
 
 def time_changes(
-    series: Sequence[NumberSeries], false_alarms: float = FALSE_ALARMS, told: ToldChanges = MappingProxyType({})
+    series: Sequence[NumberSeries], told: ToldChanges = MappingProxyType({})
 ) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
     """Changes of times and memory.
 
@@ -243,7 +235,6 @@ def time_changes(
     ----------
     series : sequence of NumberSeries
         All series of these kinds, over the nights of one machine class; the last night is judged.
-    false_alarms : float
     told : mapping
         First nights of the steps that earlier nights told, and whether they are slower, by name of the figure.
 
@@ -260,15 +251,15 @@ def time_changes(
         place = {night.name: k for k, night in enumerate(one.nights)}  # as far as the nights are still there
         names = *one.earlier, (one.identity, "~")  # after all nights
         own = dict.fromkeys(each for name, until in names for each in told.get(name.name, ()) if each[0] <= until)
-        kept.append([ToldStep(place[since], slower) for since, slower in own if since in place])
-    steps, earlier = all_steps(present, kept, false_alarms), all_steps(before, kept, false_alarms)
+        kept.append({place[since]: slower for since, slower in own if since in place})
+    steps, earlier = all_steps(present, kept), all_steps(before, kept)
     changes, fresh = [], []
     for one, found, held, known in zip(present, steps, kept, earlier, strict=True):
-        shown: list[Step | ToldStep] = [*held, *known]
+        shown = held | {step.place: step.slower for step in known}
         for step in found:
             change = change_of(one, step)
             changes.append(change)
-            if not any(alike(step, other) for other in shown):
+            if not is_known(step, shown):
                 fresh.append(change)
     return tuple(changes), tuple(fresh)
 
@@ -292,9 +283,7 @@ def so_far(series: Sequence[NumberSeries]) -> str:
     return f"{name}: ×{math.exp(moved):.3g} so far, {needed}"
 
 
-def all_steps(
-    series: Sequence[NumberSeries], told: Sequence[Sequence[ToldStep]], false_alarms: float
-) -> list[tuple[Step, ...]]:
+def all_steps(series: Sequence[NumberSeries], told: Sequence[Told]) -> list[tuple[Step, ...]]:
     """Steps of each series, with one threshold for all; what is held is no discovery, and does not widen it."""
     values = [np.log(one.values) for one in series]
     correlations = autocorrelations(values)
@@ -302,22 +291,22 @@ def all_steps(
     between = [
         (part, correlation)
         for x, correlation, own in zip(values, correlations, held, strict=True)
-        for _, part in segments(x, [one.place for one in own])
+        for _, part in segments(x, own)
     ]
-    threshold = common_threshold([part for part, _ in between], [r for _, r in between], false_alarms)
+    threshold = common_threshold([part for part, _ in between], [r for _, r in between])
     return [
         find_steps(x, threshold, correlation, part_changes(one) if threshold else (), own)
         for x, correlation, one, own in zip(values, correlations, series, held, strict=True)
     ]
 
 
-def held_steps(x: Array, correlation: float, told: Sequence[ToldStep]) -> list[ToldStep]:
+def held_steps(x: Array, correlation: float, told: Told) -> Told:
     """Those of the told steps that still hold: one that is given up must not hide another one beside its place."""
     places = {step.place for step in find_steps(x, 0.0, correlation, told=told)}
-    return [one for one in told if one.place in places]
+    return {place: slower for place, slower in told.items() if place in places}
 
 
-def common_threshold(values: Sequence[Array], correlations: Sequence[float], false_alarms: float) -> float:
+def common_threshold(values: Sequence[Array], correlations: Sequence[float]) -> float:
     """Largest probability of a step that is a discovery on this night, by Benjamini and Hochberg; 0 if there is none.
 
     It is the procedure's level, and not the probability of the least clear discovery: another step of the same series
@@ -331,7 +320,7 @@ def common_threshold(values: Sequence[Array], correlations: Sequence[float], fal
     if not tested:
         return 0.0
     adjusted = false_discovery_control(np.array(tested), method="bh")
-    return false_alarms * float(np.count_nonzero(adjusted <= false_alarms)) / len(tested)
+    return FALSE_ALARMS * float(np.count_nonzero(adjusted <= FALSE_ALARMS)) / len(tested)
 
 
 def part_changes(series: NumberSeries) -> set[int]:

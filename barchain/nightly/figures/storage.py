@@ -60,10 +60,14 @@ class Place:
     def sizes(self, pattern: str) -> dict[str, int]:
         """Sizes of the files that fit a pattern, such as ``*/record.json``, by their names in the folder."""
         with self.told():
-            if self.local is not None:  # a tenth of the time that fsspec takes
-                return sizes_in(self.local, pattern)
-            found = self.fs.glob(f"{self.root}/{pattern}", detail=True)
-        return {name[len(self.root) :].strip("/"): int(facts["size"] or 0) for name, facts in found.items()}
+            if self.local is None:
+                found = self.fs.glob(f"{self.root}/{pattern}", detail=True)
+                return {name[len(self.root) :].strip("/"): int(facts["size"] or 0) for name, facts in found.items()}
+            sizes = {}
+            for path in self.local.glob(pattern):  # in a tenth of the time that fsspec takes
+                with contextlib.suppress(FileNotFoundError):  # one that goes meanwhile is left out
+                    sizes[path.relative_to(self.local).as_posix()] = path.stat().st_size
+            return sizes
 
     def read(self, name: str) -> bytes | None:
         """Contents of a file; None if it is not there."""
@@ -138,15 +142,6 @@ class Place:
             raise HistoryError(f"{self.url}: {reason}") from error
         except Exception as error:  # of the many libraries behind fsspec
             raise HistoryError(f"{self.url}: {first_line(error)}") from error
-
-
-def sizes_in(folder: Path, pattern: str) -> dict[str, int]:
-    """Sizes of the files in a folder here that fit a pattern; one that goes meanwhile is left out."""
-    found = {}
-    for path in folder.glob(pattern):
-        with contextlib.suppress(FileNotFoundError):
-            found[path.relative_to(folder).as_posix()] = path.stat().st_size
-    return found
 
 
 def first_line(error: object) -> str:

@@ -1,21 +1,14 @@
-"""File of a night's figures, and the numbers over many nights that times and trends need.
-
-Numbers of all nights are one matrix, figure × night. ``numbers.npz`` in the history's folder holds that of the nights
-that were there when it was written; without it, it only takes longer.
-"""
+"""File of a night, and the numbers over many nights that times and trends need: one matrix, figure × night."""
 
 from __future__ import annotations
 
-import contextlib
 import io
-import json
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.figure import Figure, FigureIdentity, FigureKind, FigureUnit
 
 if TYPE_CHECKING:
@@ -24,24 +17,19 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from barchain.nightly.figures.figure import EarlierNames, Night, NightSummary
-    from barchain.nightly.figures.storage import Place
 
     Array = NDArray[np.float64]
     Places = NDArray[np.intp]
 
 
 FIGURES = "figures.parquet"
-CACHE = "numbers.npz"
 IDENTITY = ("scene", "engine", "setting", "quantity", "kind", "unit", "anchor")
 NUMBERS = ("value", "low", "high", "tolerance")
 WORDS = ("word", "trajectory", "reason", "depends")
 COLUMNS = (*IDENTITY, *NUMBERS, *WORDS, "versions")
 """Columns of a night's file; ``versions`` has those of the distributions behind a figure's engines, for readers"""
-KIND = IDENTITY.index("kind")
 CHARTED = (FigureKind.ERROR, FigureKind.RATIO, FigureKind.MEMORY, FigureKind.COUNT)
 """Kinds whose numbers are looked at over many nights"""
-MOST_READ = 16
-"""Nights beside the cache: with more it is written anew"""
 ENGINE, PROGRAM = "engine:", "program:"
 MEMBERS = "\n"
 """Between the names of parts; none of them holds it"""
@@ -190,69 +178,23 @@ class NumberSeries:
         return replace(self, rows=self.rows[first:last], at=self.at[first:last])
 
 
-def read_numbers(
-    nights: Sequence[NightSummary],
-    place: Place | None,
-    contents: Callable[[Sequence[NightSummary]], Iterable[tuple[NightSummary, bytes]]],
-) -> NumberTable:
-    """Numbers of all nights of a history: those of the cache, and of the nights that it lacks.
+def read_numbers(nights: Iterable[tuple[NightSummary, bytes]]) -> NumberTable:
+    """Numbers of some nights in their order, each with the file of its figures."""
+    import pandas as pd  # noqa: PLC0415
+    import pyarrow as pa  # noqa: PLC0415
+    import pyarrow.parquet as pq  # noqa: PLC0415
 
-    Parameters
-    ----------
-    nights : sequence of NightSummary
-        In their order.
-    place : Place, optional
-        Of the history, for its cache; none is used without.
-    contents : callable
-        Gives those of some nights that are whole, each with the file of its figures.
-    """
-    keys: dict[tuple[str, ...], int] = {}
-    parts: dict[str, int] = {}
-    columns: dict[str, tuple[Any, Any, Any]] = {}  # rows, values and places of the parts, by the name of the night
-    with contextlib.suppress(Exception):  # a cache that is not there, damaged, or of another format is made again
-        keys, parts, columns = cached_numbers(place.read(CACHE) or b"" if place else b"", nights)
-    lacking = [night for night in nights if night.name not in columns]
-    for night, content in contents(lacking):
-        *identity, value, members = columns_of(content, (*IDENTITY, "value", "depends"))
-        every = zip(zip(*identity, strict=True), value, members, strict=True)
-        found = [one for one in every if one[1] is not None and one[0][KIND] in CHARTED]
-        at = [keys.setdefault(key, len(keys)) for key, _, _ in found]
-        columns[night.name] = at, [v for _, v, _ in found], [parts.setdefault(own, len(parts)) for _, _, own in found]
-    whole = tuple(night for night in nights if night.name in columns)
-    values = np.full((len(keys), len(whole)), np.nan)
-    depends = np.zeros(values.shape, np.int32)
-    for k, night in enumerate(whole):
-        at, values[at, k], depends[at, k] = columns[night.name]
-    there = ~np.isnan(values).all(axis=1)
-    identities = tuple(identity_of(*key) for key, kept in zip(keys, there, strict=True) if kept)
-    table = NumberTable(whole, identities, values[there], depends[there], tuple(parts))
-    if place is not None and len(lacking) > MOST_READ:
-        with contextlib.suppress(HistoryError):  # without a cache it only takes longer
-            place.write(CACHE, cache_content(table))
-    return table
-
-
-def cached_numbers(
-    content: bytes, nights: Sequence[NightSummary]
-) -> tuple[dict[Any, int], dict[str, int], dict[str, Any]]:
-    """Keys, parts and columns of a cache, of nights that are as they were when it was written."""
-    with np.load(io.BytesIO(content)) as file:
-        head, values, depends = json.loads(file["head"].tobytes()), file["values"], file["depends"]
-    own = {(night.name, night.digest) for night in nights}
-    columns = {}
-    for k, (name, digest) in enumerate(head["nights"]):
-        if (name, digest) in own:
-            at = np.flatnonzero(~np.isnan(values[:, k]))
-            columns[name] = at, values[at, k], depends[at, k]
-    keys, parts = ({key: k for k, key in enumerate(every)} for every in (map(tuple, head["keys"]), head["parts"]))
-    return keys, parts, columns
-
-
-def cache_content(table: NumberTable) -> bytes:
-    """File of the cache."""
-    keys = [[str(getattr(identity, name)) for name in IDENTITY] for identity in table.identities]
-    head = {"nights": [(n.name, n.digest) for n in table.nights], "keys": keys, "parts": table.parts}
-    sink = io.BytesIO()
-    text = np.frombuffer(json.dumps(head).encode(), np.uint8)
-    np.savez_compressed(sink, head=text, values=table.values, depends=table.depends)
-    return sink.getvalue()
+    whole, tables, texts = [], [], [*IDENTITY, "depends"]
+    for k, (night, content) in enumerate(nights):
+        own = pq.ParquetFile(io.BytesIO(content), read_dictionary=texts).read(columns=[*texts, "value"])
+        tables.append(own.append_column("night", pa.array(np.full(len(own), k))))
+        whole.append(night)
+    frame = pa.concat_tables(tables).to_pandas() if tables else pd.DataFrame(columns=[*texts, "value", "night"])
+    frame = frame[frame["kind"].isin(CHARTED) & frame["value"].notna()].astype({"depends": "category"})
+    groups = frame.groupby(list(IDENTITY), sort=False, observed=True).ngroup()
+    keys = frame[list(IDENTITY)].drop_duplicates()
+    at = groups.to_numpy(), frame["night"].to_numpy(int)
+    values, depends = np.full((len(keys), len(whole)), np.nan), np.zeros((len(keys), len(whole)), np.int32)
+    values[at], depends[at] = frame["value"], frame["depends"].cat.codes
+    identities = tuple(identity_of(*key) for key in keys.itertuples(index=False))
+    return NumberTable(tuple(whole), identities, values, depends, tuple(frame["depends"].cat.categories))

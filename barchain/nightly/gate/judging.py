@@ -31,33 +31,6 @@ MOST_PARTS = 5
 """Parts that differ and are named"""
 
 
-def need_one_processor(*nights: Night) -> None:
-    """Check that all nights were measured on one class of machine.
-
-    Raises
-    ------
-    PinnedEnvironmentError
-        If not: bits and times of two processors tell nothing of two builds.
-    """
-    if len({night.environment.machine_class for night in nights}) > 1:
-        known = ", ".join(dict.fromkeys(night.environment.cpu for night in nights))
-        raise PinnedEnvironmentError(f"base and head were measured on different processors ({known}); run them again")
-
-
-def need_a_pass(spec: str, base: Night) -> None:
-    """Check that the base passes a scene; beside one that does nothing right, nothing could be worse.
-
-    Raises
-    ------
-    PinnedEnvironmentError
-        If it passes none.
-    """
-    verdicts = verdicts_of(base)
-    if not any(figure.word in RIGHT for figure in verdicts):
-        said = next((f"; {f.identity.scene}: {f.word or 'missing'}, {f.reason}" for f in verdicts), "")
-        raise PinnedEnvironmentError(f"{spec}: passes no scene, so that nothing can be worse{said}")
-
-
 def verdicts_of(night: Night) -> list[Figure]:
     """Verdicts of a comparison."""
     return [figure for figure in night.figures if figure.identity.quantity == VERDICT]
@@ -88,8 +61,12 @@ def judged_gate(
         If the builds were not measured on one class of machine, or the base passes no scene.
     """
     base, head = nights
-    need_one_processor(base, head)
-    need_a_pass(specs[0], base)
+    if base.environment.machine_class != head.environment.machine_class:
+        cpus = ", ".join(dict.fromkeys((base.environment.cpu, head.environment.cpu)))
+        raise PinnedEnvironmentError(f"base and head were measured on different processors ({cpus}); run them again")
+    if not any(figure.word in RIGHT for figure in verdicts_of(base)):  # nothing could be worse beside it
+        said = next((f"; {f.identity.scene}: {f.word or 'missing'}, {f.reason}" for f in verdicts_of(base)), "")
+        raise PinnedEnvironmentError(f"{specs[0]}: passes no scene, so that nothing can be worse{said}")
     judged = judge_pair(base, head)
     changes = [*judged.tonight, *time_changes_between(times, engine, base, head)]
     entries = sorted((change_entry(change, judged.by_name, None, "") for change in changes), key=weight)

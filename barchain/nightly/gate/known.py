@@ -5,16 +5,16 @@ from __future__ import annotations
 import datetime
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.figure import MOST_TEXT
 from barchain.nightly.history.acceptances import fits
 from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
-from scenarios.text import check_text
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.reading import read_text, tables_of
+from scenarios.toml.scene_tables import words
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,13 +22,7 @@ if TYPE_CHECKING:
 FILE = "known_failures.toml"
 
 
-def shown(text: str) -> str:
-    """Text of one line that is not empty."""
-    check_text(text, MOST_TEXT)
-    return text
-
-
-Words = Annotated[str, Field(min_length=1), AfterValidator(shown)]
+Words = Annotated[str, Field(min_length=1), words(MOST_TEXT)]
 
 
 class KnownFailure(BaseModel):

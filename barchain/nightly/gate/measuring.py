@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,14 +25,13 @@ from reports.results.outcome import Outcome
 from reports.results.rows import BITS, MAIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
     from barchain.nightly.figures.figure import Night
-    from barchain.nightly.gate.builds import Build
 
     Note = Callable[[str], None]
-    Builds = tuple[Build, Build]
+    Builds = tuple["Build", "Build"]
 
 FIRST_PART = 4
 """Scenes of the first part, which tells the pace of later ones"""
@@ -48,6 +47,18 @@ TIMED = 4
 if none does, the shortest one"""
 MOST_ROUNDS = 15
 """More add little beside the least effect that is told"""
+
+
+@dataclass(frozen=True)
+class Build:
+    """One of two builds of an engine: a requirement, a wheel, a Python, or a file of programs."""
+
+    spec: str
+    """As it was given"""
+    python: Path
+    """Python that runs it"""
+    variables: Mapping[str, str] = field(default_factory=dict)
+    """Of the environment of its runs"""
 
 
 def compared_in_parts(
@@ -117,12 +128,9 @@ def night_of(folders: Sequence[Path], build: Build) -> Night:
         If the folders hold none.
     """
     try:
-        nights = [read_night(folder) for folder in folders]
+        return read_night(*folders)
     except (HistoryError, FileNotFoundError, ValueError) as error:
         raise PinnedEnvironmentError(f"{build.spec}: {error}") from None
-    parts = {part.name: part for night in nights for part in night.parts}
-    figures = {figure.identity: figure for night in nights for figure in night.figures}
-    return replace(nights[0], parts=tuple(parts.values()), figures=tuple(figures.values()))
 
 
 def timed_scenes(folders: Iterable[Path]) -> list[str]:

@@ -1,15 +1,25 @@
-"""Run of a gate inside its budget: environments, a comparison of each build, times in turns."""
+"""Run of a gate inside its budget: builds of an engine, a comparison of each, times in turns."""
 
 from __future__ import annotations
 
+import hashlib
+import os
+import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from barchain.nightly.attribution.environments import installed_tree
-from barchain.nightly.gate.builds import build_of
+from packaging.requirements import InvalidRequirement, Requirement
+from packaging.utils import InvalidWheelFilename, parse_wheel_filename
+
+from adapters.command.entries import FILES
+from adapters.registry import UnknownEngineError, find_engine
+from barchain.nightly.attribution.environments import installed_tree, pinned_environment
+from barchain.nightly.errors import PinnedEnvironmentError
+from barchain.nightly.figures.origins import AT
 from barchain.nightly.gate.judging import judged_gate
-from barchain.nightly.gate.measuring import compared_in_parts, night_of, timed_scenes, times_in_turns
+from barchain.nightly.gate.measuring import Build, compared_in_parts, night_of, timed_scenes, times_in_turns
 from barchain.runs.environment import scratch_folder
 from scenarios import load_scene
 
@@ -19,12 +29,51 @@ if TYPE_CHECKING:
     from barchain.nightly.gate.known import KnownFailure
     from reports.results.nights.gate import GateResult
 
+ALLOWED = "allowed: a requirement such as pymunk==7.2.0, a wheel, a Python, or a file of engines (.toml)"
+WHEEL, ENTRIES = ".whl", ".toml"
 END_S = 12.0
 """Time for the start, and for judging and telling"""
 SHARE = 0.65
 """Share of the time after which no part of the comparisons begins"""
 RUN_SHARE = 0.1
 """Share of the time that one run may take"""
+
+
+def build_of(spec: str, engine: str) -> Build:
+    """Build as it is given on the command line; its environment is made now, or was made earlier.
+
+    Raises
+    ------
+    PinnedEnvironmentError
+        If it is none of the allowed forms, or can't be installed; the message is one line.
+    """
+    path = Path(spec)
+    if path.suffix in {WHEEL, ENTRIES} and not path.is_file():
+        raise PinnedEnvironmentError(f"{spec}: no such file; {ALLOWED}")
+    if path.suffix == ENTRIES:
+        return Build(spec, Path(sys.executable), {FILES: str(path.resolve())})
+    if path.suffix != WHEEL and path.is_file() and os.access(path, os.X_OK):
+        return Build(spec, path.absolute())  # the link of a virtual environment stays
+    requirement = wheel_requirement(path) if path.suffix == WHEEL else spec
+    try:
+        name = Requirement(requirement).name
+    except InvalidRequirement:
+        raise PinnedEnvironmentError(f"{spec}: is none; {ALLOWED}") from None
+    also: set[str] = set()
+    with suppress(UnknownEngineError):  # an engine that only the builds have
+        registration = find_engine(engine)
+        also = {registration.requires, registration.distribution} - {"", name}
+    return Build(spec, pinned_environment([requirement], also=sorted(also)).python)
+
+
+def wheel_requirement(path: Path) -> str:
+    """Requirement of a wheel, by its content: another wheel of the same name is another build."""
+    try:
+        name = parse_wheel_filename(path.name)[0]
+    except InvalidWheelFilename as error:
+        raise PinnedEnvironmentError(f"{path}: {error}") from None
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return f"{name}{AT}{path.resolve().as_uri()}#sha256={digest}"
 
 
 def run_gate(
@@ -38,7 +87,7 @@ def run_gate(
     engine : str
         Name that both builds know.
     base, head : str
-        Builds, see :func:`barchain.nightly.gate.builds.build_of`.
+        Builds, see :func:`build_of`.
     scenes : sequence of str
         Names, or paths of files.
     known : tuple of KnownFailure

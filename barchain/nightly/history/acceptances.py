@@ -9,20 +9,21 @@ from __future__ import annotations
 import datetime
 import fnmatch
 import json
-from collections.abc import Mapping  # noqa: TC003  # pydantic reads the annotations of an entry
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, ValidationError
 
 from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.changes import results_words
-from barchain.nightly.figures.figure import MOST_TEXT, FigureError
+from barchain.nightly.figures.figure import MOST_TEXT
 from barchain.nightly.figures.steps import LEAST_EFFECT
-from reports.results.reading import form_of
 from scenarios.nearest import nearest
+from scenarios.toml.faults import fault_lines
 from scenarios.toml.reading import tables_of
+from scenarios.toml.scene_tables import words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from barchain.nightly.figures.changes import Change
     from barchain.nightly.history.nights import NightStore
@@ -30,39 +31,41 @@ if TYPE_CHECKING:
 
 FILE = "accepted.toml"
 HEAD = "# Changes that somebody accepted on purpose. `barchain history accept` and `withdraw` write this file.\n"
-KEYS = ("pattern", "was", "became", "cause", "first", "since", "reason", "who", "date", "until", "factors")
 NO_ACCEPTANCE = "a run that is not reproducible can't be accepted"
 
 
-@dataclass(frozen=True)
-class Acceptance:
+def utc(given: datetime.datetime) -> datetime.datetime:
+    """Instant; a date, or a time without its zone, is of UTC."""
+    return given if given.tzinfo else given.replace(tzinfo=datetime.UTC)
+
+
+Instant = Annotated[datetime.datetime, AfterValidator(utc)]
+Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1), words(4 * MOST_TEXT)]
+
+
+class Acceptance(BaseModel):
     """Changes of one night that somebody accepted."""
 
-    pattern: str
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    pattern: Line
     """Name of a figure, in which * stands for any text"""
-    since: str
-    """Name of the night of the latest step that is accepted"""
-    reason: str
-    who: str
-    date: datetime.datetime
-    """UTC"""
-    until: datetime.datetime | None = None
-    """UTC; the changes come back afterwards"""
-    cause: str = ""
-    """Suspects of the changes, for readers"""
     was: str = ""
     became: str = ""
     """Results of a single figure in words, for readers"""
-    factors: Mapping[str, float] = field(default_factory=dict)
-    """Accepted steps of times and memory, by name of the figure"""
+    cause: str = ""
+    """Suspects of the changes, for readers"""
     first: str = ""
     """Night of the first step that is accepted with that of `since`; empty if it is the only one"""
-
-    def __post_init__(self) -> None:
-        """Check the texts."""
-        for name in ("pattern", "since", "reason", "who"):
-            if not (text := getattr(self, name)).strip() or not text.isprintable():
-                raise FigureError(f"{name}: {text[:60]!r} given, allowed: a text of one line")
+    since: Line
+    """Name of the night of the latest step that is accepted"""
+    reason: Line
+    who: Line
+    date: Instant
+    until: Instant | None = None
+    """The changes come back afterwards"""
+    factors: dict[str, float] = {}
+    """Accepted steps of times and memory, by name of the figure"""
 
     def reaches(self, latest: str, first: str, names: Iterable[str]) -> bool:
         """Whether it accepts the step of a night, with all steps since another night, of a figure of some names."""
@@ -76,6 +79,14 @@ class Acceptance:
         moved = f": {self.became} (before {self.was})" if self.became else ""
         nights = f"{self.first}, up to {self.since}" if self.first else self.since
         return f"{self.pattern}{moved}, since {nights}, by {self.who} on {self.date.date()}{ending}: {self.reason}"
+
+
+class AcceptedFile(BaseModel):
+    """The file of all acceptances."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    accepted: list[Acceptance] = []
 
 
 def fits(figure: str, pattern: str) -> bool:
@@ -108,9 +119,12 @@ def acceptances_of(
         factors = {c.identity.name: c.factor for c in own if c.is_step and c.factor is not None}
         said = sorted({(causes or {}).get(change.id, "") for change in own} - {""})
         single = own[0] if name == own[0].identity.name else None
-        words = results_words(single) if single else ("", "")
+        was, became = results_words(single) if single else ("", "")
         made.append(
-            Acceptance(name, since, reason, who, date, until, "; ".join(said)[:MOST_TEXT], *words, factors, first)
+            Acceptance(
+                pattern=name, was=was, became=became, cause="; ".join(said)[:MOST_TEXT], first=first, since=since,
+                reason=reason, who=who, date=date, until=until, factors=factors,
+            )
         )  # fmt: skip
     return made
 
@@ -121,7 +135,7 @@ def holding(known: Iterable[Acceptance], at: datetime.datetime) -> list[Acceptan
 
 
 def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime) -> Acceptance | None:
-    """Latest acceptance that covers a change by itself at an instant; None without, and of what is not reproducible.
+    """Last acceptance that covers a change by itself at an instant; None without, and of what is not reproducible.
 
     A change of another night is another change, though it may lead to the same value.
     """
@@ -131,7 +145,7 @@ def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime
         one for one in holding(known, at)
         if one.reaches(change.since, change.since, change.names) and is_as_large(one, change)
     ]  # fmt: skip
-    return max(covering, key=lambda one: one.date, default=None)
+    return covering[-1] if covering else None
 
 
 def is_as_large(acceptance: Acceptance, change: Change) -> bool:
@@ -159,36 +173,16 @@ def accepted(store: NightStore) -> tuple[Acceptance, ...]:
     Raises
     ------
     HistoryError
-        If the file is something else; the message names the entry.
+        If the file is something else; the message has a line for each fault.
     """
-    content = store.place.read(FILE)
     try:
-        entries = tables_of((content or b"").decode()).get("accepted", [])
+        found = AcceptedFile.model_validate(tables_of((store.place.read(FILE) or b"").decode()))
+    except ValidationError as error:
+        lines = fault_lines(error, AcceptedFile)
+        raise HistoryError("\n".join(f"{store}/{FILE}: {line}" for line in lines)) from None
     except ValueError as error:
         raise HistoryError(f"{store}/{FILE}: {error}") from None
-    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise HistoryError(f"{store}/{FILE}: accepted: allowed: any number of tables, write [[accepted]]")
-    return tuple(
-        sorted((entry_of(entry, f"{store}/{FILE}", k) for k, entry in enumerate(entries)), key=lambda a: a.date)
-    )
-
-
-def entry_of(entry: dict[str, Any], file: str, number: int) -> Acceptance:
-    """Acceptance of an entry of the file; a date there is the beginning of its day, UTC."""
-    for key, value in entry.items():
-        if key not in KEYS:
-            raise HistoryError(f"{file}: entry {number + 1}: {key}: no such key{nearest(key, KEYS)}")
-        if isinstance(value, datetime.date):
-            moment = value if isinstance(value, datetime.datetime) else datetime.datetime(*value.timetuple()[:3])
-            entry = entry | {key: moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)}
-    from pydantic import ValidationError  # noqa: PLC0415
-
-    try:
-        return form_of(Acceptance).validate_python(entry)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-        said = ": ".join([*map(str, first["loc"]), first["msg"].removeprefix("Value error, ")])
-        raise HistoryError(f"{file}: entry {number + 1}: {said}") from None
+    return tuple(sorted(found.accepted, key=lambda one: one.date))
 
 
 def write_accepted(store: NightStore, known: Iterable[Acceptance]) -> None:
@@ -199,11 +193,9 @@ def write_accepted(store: NightStore, known: Iterable[Acceptance]) -> None:
 def entry_text(one: Acceptance) -> str:
     """Entry of the file."""
     lines = ["[[accepted]]"]
-    for key in KEYS[:-1]:
-        value = getattr(one, key)
-        if value is not None and value != "":
-            text = value.isoformat() if isinstance(value, datetime.datetime) else json.dumps(value, ensure_ascii=False)
-            lines.append(f"{key} = {text}")
+    for key, value in one.model_dump(exclude_defaults=True, exclude={"factors"}).items():
+        text = value.isoformat() if isinstance(value, datetime.datetime) else json.dumps(value, ensure_ascii=False)
+        lines.append(f"{key} = {text}")
     if one.factors:
         pairs = (f"{json.dumps(name, ensure_ascii=False)} = {factor!r}" for name, factor in one.factors.items())
         lines.append(f"factors = {{ {', '.join(pairs)} }}")

@@ -7,18 +7,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.figures.changes import (
+    COMPARED,
     NOT_REPRODUCIBLE,
     OTHER_PARTS,
     OTHER_STUDIES,
     PATIENCE,
     RIGHT,
-    RULES,
     UNKNOWN_PARTS,
     VERDICT,
     WRONG,
     Change,
     Direction,
     compared,
+    differs,
     is_above,
     is_better,
     parts_digest,
@@ -49,10 +50,6 @@ SAMPLED = ("stability.", "selftest.", "campaign.")
 of 0.7 have campaigns, of random scenes"""
 Subject = tuple[str, str, str]
 """Study, scene and fault of a figure: what is done as a whole"""
-MENDED = "the verdict became right: the earlier value was that of a wrong result"
-NO_WORSE = "no worse than its level"
-BACK = "back at its level"
-ADDED_UP = "small moves since its level add up"
 
 
 @dataclass(frozen=True)
@@ -102,10 +99,6 @@ class Tonight:
             named=names_since(self.night.name, row.told.identity, row.earlier),
             settings=self.settings.get((identity.scene, identity.engine), ()),
         )  # fmt: skip
-
-    def step(self, change: Change) -> Step:
-        """Step of a change."""
-        return StepOf(change.last, change.since, change.now, change.settings)
 
 
 def study_of(identity: FigureIdentity) -> str:
@@ -163,7 +156,7 @@ def advance(
             new += not identity.quantity.startswith(SAMPLED)
             continue
         judged += not now.not_run
-        same += is_same(row.last, now)
+        same += row.last is not now and identity.kind in COMPARED and differs(row.last, now, Direction.SAME)
         rows[identity], change = follow(row, now, tonight)
         news += [change] if change else []
     other_plan = [i for i, row in rows.items() if row.present == before.night and before.plan != night.plan]
@@ -173,14 +166,6 @@ def advance(
         LevelTable(night.name, night.plan, folded, rows), tuple(news), judged + len(gone), same, new,
         sum(i not in here and not i.quantity.startswith(SAMPLED) for i in other_plan), renames.words,
     )  # fmt: skip
-
-
-def is_same(was: Figure, now: Figure) -> bool:
-    """Whether two results differ, and rounding or intervals explain it."""
-    if was is now or was.identity.kind not in RULES:
-        return False
-    judgement = compared(was, now)
-    return judgement is not None and judgement.direction is Direction.SAME
 
 
 def begin(now: Figure, tonight: Tonight) -> Level:
@@ -205,7 +190,7 @@ def may_not_fail(row: Level) -> Level:
 
 def follow(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Change | None]:
     """State of a figure after a night that has it, and its change if the night tells one."""
-    if now.not_run and (row.left_out + 1 < PATIENCE or now.identity.kind not in RULES):
+    if now.not_run and (row.left_out + 1 < PATIENCE or now.identity.kind not in COMPARED):
         return row._replace(left_out=row.left_out + 1, present=tonight.night.name), None
     if now.identity.kind is FigureKind.BITS:
         return follow_bits(row, now, tonight)
@@ -269,12 +254,23 @@ def follow_result(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Cha
     steps = row.steps
     if not is_above(row.level, now):
         if change is not None and steps and not now.missing:
-            change = replace(change, reason=f"{BACK}; {change.reason}")
+            change = replace(change, reason=f"back at its level; {change.reason}")
         steps = ()
     elif change is not None:
-        steps = (*steps, tonight.step(change))
+        steps = (*(steps or unseen_step(row, now)), StepOf(change.last, change.since, change.now, change.settings))
     told = now if change else row.told
     return row._replace(told=told, steps=steps, last=row.last if now.missing else now), change
+
+
+def unseen_step(row: Level, now: Figure) -> tuple[Step, ...]:
+    """Step of an error that moved among rounding errors before it counts, if that is more than it moves tonight.
+
+    Nobody knows which of these moves are draws of rounding: they are one step since the level.
+    """
+    level, told, found = row.level.value, row.told.value, now.value
+    if level is None or told is None or found is None or told**2 <= level * found:
+        return ()
+    return (StepOf(row.since, row.last_night, row.told),)
 
 
 def news_of(row: Level, now: Figure, *, above: bool, mended: bool) -> tuple[Figure, Judgement | None]:
@@ -291,9 +287,14 @@ def news_of(row: Level, now: Figure, *, above: bool, mended: bool) -> tuple[Figu
     if above and not row.steps and (found is None or found.direction is not Direction.WORSE):
         since_level = compared(row.level, now)
         assert since_level is not None  # it is above
-        return row.level, replace(since_level, reason=f"{ADDED_UP}: {since_level.reason}")
+        return row.level, replace(since_level, reason=f"small moves since its level add up: {since_level.reason}")
     if found is not None and found.direction is Direction.WORSE and not above:
-        reason = f"{MENDED if mended else NO_WORSE}; {found.reason}"
+        why = (
+            "the verdict became right: the earlier value was that of a wrong result"
+            if mended
+            else "no worse than its level"
+        )
+        reason = f"{why}; {found.reason}"
         found = replace(found, direction=Direction.CHANGED, reason=reason)
     return was, found
 
@@ -338,6 +339,7 @@ def lost(rows: dict[FigureIdentity, Level], tonight: Tonight, occasions: int) ->
         judgement = compared(row.last, now)
         assert judgement is not None  # it is missing
         change = tonight.change(row, row.last, now, replace(judgement, reason=reason))
-        rows[identity] = row._replace(told=now, steps=(*row.steps, tonight.step(change)), occasions=0, complete=0)
+        step = StepOf(change.last, change.since, now, change.settings)
+        rows[identity] = row._replace(told=now, steps=(*row.steps, step), occasions=0, complete=0)
         found.append(change)
     return found

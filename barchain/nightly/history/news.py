@@ -6,7 +6,7 @@ import json
 from collections import defaultdict
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.changes import Direction
@@ -75,13 +75,6 @@ class ToldNight:
         new = (ToldStanding(c.figure, c.since, c.since) for c in self.tonight if c.direction == Direction.WORSE)
         states = (*self.standing, *new)
         return sum(not any(one.reaches(s.latest, s.since, (s.figure,)) for one in known) for s in states)
-
-
-@dataclass(frozen=True)
-class AttributedChange:
-    """What is read of a kept attribution."""
-
-    words: str
 
 
 class AttributionVerdict(StrEnum):
@@ -174,8 +167,8 @@ def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, 
     words = {}
     for name, content in store.place.read_all([f"{ATTRIBUTED}/{name}.json" for name in own]).items():
         try:
-            words[own[name.partition("/")[2].removesuffix(".json")]] = formed(AttributedChange, content).words
-        except ValueError as error:
+            words[own[name.partition("/")[2].removesuffix(".json")]] = str(formed(dict[str, Any], content)["words"])
+        except (ValueError, KeyError) as error:
             raise HistoryError(
                 f"{store}/{name} is damaged ({error}); remove it, and attribute the change anew"
             ) from None

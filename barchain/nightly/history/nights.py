@@ -7,9 +7,7 @@
 ``<night>/told.json``
     what the night told (:mod:`barchain.nightly.history.news`);
 ``accepted.toml``
-    changes that somebody accepted (:mod:`barchain.nightly.history.acceptances`);
-``numbers.npz``
-    numbers of many nights in one file, which may be deleted (:mod:`barchain.nightly.figures.table`).
+    changes that somebody accepted (:mod:`barchain.nightly.history.acceptances`).
 
 Nights are copied, merged and removed as folders; several machines may write into one history.
 """
@@ -183,10 +181,8 @@ class NightStore:
     def night(self, name: str) -> Night:
         """Whole night; errors as :meth:`summary` and :meth:`figures`."""
         known = self.summary(name)
-        return Night(
-            known.started, known.duration_s, known.plan, known.barchain, known.environment, known.parts,
-            tuple(self.figures(known)), known.commit, known.complete, known.void, known.name.rpartition("-")[2],
-        )  # fmt: skip
+        figures = tuple(self.figures(known))
+        return Night(**known.facts, figures=figures, label=known.name.rpartition("-")[2])
 
     def figures(self, night: NightSummary) -> list[Figure]:
         """Figures of a night.
@@ -218,7 +214,7 @@ class NightStore:
         nights = self.nights()
         key = [(night.name, night.digest) for night in nights]
         if self.loaded is None or self.loaded[0] != key:
-            self.loaded = key, read_numbers(nights, self.place, self.contents)
+            self.loaded = key, read_numbers(self.contents(nights))
         return self.loaded[1]
 
     def series(self, *patterns: str) -> dict[FigureIdentity, list[tuple[NightSummary, Figure]]]:
@@ -377,6 +373,7 @@ def export_parquet(store: NightStore, path: Path) -> int:
     OSError
         If the file can't be written; an earlier file then stays.
     """
+    import pandas as pd  # noqa: PLC0415
     import pyarrow as pa  # noqa: PLC0415
     import pyarrow.parquet as pq  # noqa: PLC0415
 
@@ -384,16 +381,15 @@ def export_parquet(store: NightStore, path: Path) -> int:
 
     types = {name: pa.float64() if name in NUMBERS else pa.string() for name in (*OF_NIGHT, *COLUMNS)}
     types |= {"started": pa.timestamp("us", tz="UTC"), "complete": pa.bool_()}
-    written = 0
-    with replaced(path) as file, pq.ParquetWriter(file, pa.schema(types), compression="zstd") as writer:
+    schema, written = pa.schema(types), 0
+    with replaced(path) as file, pq.ParquetWriter(file, schema, compression="zstd") as writer:
         for night, content in store.contents(store.nights()):
-            rows, machine = pq.read_table(io.BytesIO(content)), night.environment
-            own = (night.name, night.started, night.plan, night.barchain, night.commit, night.complete, night.void,
-                   machine.machine_class, machine.cpu, machine.python)  # fmt: skip
-            columns = {
-                name: pa.repeat(pa.scalar(value, types[name]), len(rows))
-                for name, value in zip(OF_NIGHT, own, strict=True)
-            }
-            writer.write_table(pa.table(columns | {name: rows[name] for name in COLUMNS}, schema=pa.schema(types)))
+            machine = night.environment
+            rows = pd.read_parquet(io.BytesIO(content)).assign(
+                night=night.name, started=night.started, plan=night.plan, barchain=night.barchain, commit=night.commit,
+                complete=night.complete, void=night.void, machine_class=machine.machine_class, cpu=machine.cpu,
+                python=machine.python,
+            )  # fmt: skip
+            writer.write_table(pa.Table.from_pandas(rows, schema, preserve_index=False))
             written += len(rows)
     return written

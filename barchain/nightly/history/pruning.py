@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.figures.changes import Direction
 from barchain.nightly.figures.rank_test import FEWEST_NEW, FEWEST_OLD
-from barchain.nightly.history.fold import FILE
-from barchain.nightly.history.judging import latest_judged
+from barchain.nightly.history.judging import FILE, latest_judged
 from barchain.nightly.history.news import told_by
 from barchain.nightly.history.nights import latest_first
 

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.nightly.figures.changes import Change, Direction, compared, is_above, judge_number
+from barchain.nightly.figures.changes import Change, Direction, compared, differs, is_above, judge_number
 from barchain.nightly.figures.figure import FigureKind, names_since
 from barchain.nightly.figures.steps import LEAST_EFFECT
 from barchain.nightly.history.acceptances import accepting, holding
@@ -92,7 +92,7 @@ def every_change(judged: JudgedNight) -> list[Change]:
 
 
 def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
-    """State of a figure above its level; `known` are acceptances that have not ended.
+    """State of a figure above its level; `known` are acceptances that have not ended, the latest one last.
 
     An acceptance of a step raises what the figure may be to the value of that step, if no earlier step is open; one
     that reaches back to the open step accepts both. One of a step beside an open one raises it by that factor alone. A
@@ -102,7 +102,7 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     most = row.level  # what it may be at most: the same, and more beside an accepted step
     opened: list[Step] = []  # steps for the worse that nobody accepted
     covering, steps = None, steps_of_now(row)
-    days: list[str] = []  # of the accepted steps that raised what it may be
+    beside: list[str] = []  # accepted steps that raised what it may be
     for step in steps:
         if allowed.missing and not step.now.missing:
             allowed = most = result
@@ -110,14 +110,15 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
         since = opened[0].night if opened else step.night
         whole, alone = ([one for one in known if one.reaches(step.night, n, names)] for n in (since, step.night))
         if whole:
-            allowed, opened, covering, days = step.now, [], latest_of(whole), [step.night[:10]]
+            allowed, opened, covering = step.now, [], whole[-1]
+            beside = [accepted_words(step, covering)]
             most = allowed
         elif alone:
-            covering = latest_of(alone)
+            covering = alone[-1]
             allowed, most = raised(allowed, before, step.now), raised(most, before, step.now, ELSEWHERE)
-            days.append(step.night[:10])
+            beside.append(accepted_words(step, covering))
             opened = opened if is_above(most, step.now) else []
-        elif not is_above(most, step.now):
+        elif not differs(most, step.now, Direction.WORSE):
             allowed, most = (allowed, most) if opened else (step.now, step.now)
             opened = []
         elif not opened or is_above(before, step.now):
@@ -126,8 +127,8 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     if not opened and is_above(most, row.told):
         opened = [steps[-1]]
     if opened or covering is None:
-        beside = f" with the accepted step of {' and '.join(days)}" if days else ""
-        own, was, earlier, covering = opened or steps, allowed, f"what it may be{beside}", None
+        more = f" with the accepted step of {' and of '.join(beside)}" if beside else ""
+        own, was, earlier, covering = opened or steps, allowed, f"what it may be{more}", None
     else:
         own, was, earlier = steps, row.level, ""
     newest = change_since(row, was, own[-1:]) if len(own) > 1 else None
@@ -146,9 +147,9 @@ def steps_of_now(row: Level) -> Sequence[Step]:
     return row.steps[row.steps.index(there[-1]) + 1 :] if there else row.steps
 
 
-def latest_of(known: Iterable[Acceptance]) -> Acceptance:
-    """Acceptance that was given last."""
-    return max(known, key=lambda one: one.date)
+def accepted_words(step: Step, acceptance: Acceptance) -> str:
+    """Day of an accepted step, with who accepted it and why."""
+    return f"{step.night[:10]} ({acceptance.who}: {acceptance.reason})"
 
 
 def raised(allowed: Figure, was: Figure, now: Figure, share: float = 1.0) -> Figure:
@@ -169,6 +170,8 @@ def change_since(row: Level, was: Figure, steps: Sequence[Step], earlier: str = 
     if earlier and identity.kind is FigureKind.ERROR and not (was.missing or row.told.missing):
         judged = judge_number(was, row.told, earlier)
     reason = judged.reason if judged is not None else "as it was accepted"
+    if first.last == first.night:
+        reason = f"{row.told.word} from the first night on: {row.told.reason}"
     return Change(
         identity, was, first.now, first.last, first.night, Direction.WORSE, reason,
         judged.factor if judged is not None else None,

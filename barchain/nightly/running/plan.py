@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from adapters.registry import engines, find_engine
 from barchain.nightly.errors import HistoryError
@@ -16,10 +16,11 @@ from barchain.runs.choices import choose_setting
 from reports.results.cost import BASELINE
 from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
-from scenarios.text import check_text, visible
+from scenarios.text import visible
 from scenarios.toml.effect_tables import Positive, Table
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.reading import read_text, tables_of
+from scenarios.toml.scene_tables import words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -34,14 +35,8 @@ NAMED = r"^[a-z0-9][a-z0-9-]*$"
 DEFAULT_MINUTES = 15.0
 
 
-def shown(text: str) -> str:
-    """Text of limited length without hidden characters."""
-    check_text(text, 200)
-    return text
-
-
 PartName = Annotated[str, Field(pattern=NAMED, max_length=MOST_NAME)]
-Words = Annotated[str, AfterValidator(shown)]
+Words = Annotated[str, words(200)]
 Names = Annotated[tuple[Words, ...], Field(max_length=MOST_NAMES, strict=False)]
 Settings = dict[Words, dict[Words, float]]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adapters.command.own_python import VARIABLE, environments_folder
+from barchain.nightly.attribution import environments
 from barchain.nightly.attribution.environments import (
     commit_tree,
     constraints,
@@ -90,26 +91,30 @@ def repository(folder: Path) -> Path:
     return folder
 
 
-def test_the_sources_of_a_commit_are_made_again(tmp_path: Path) -> None:
+def test_the_sources_of_a_commit_are_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = repository(tmp_path / "repository")
+    monkeypatch.setattr(environments, "__file__", str(own / "module.py"))
     (own / "adapters" / "__init__.py").write_text("later", "utf-8")
-    tree = commit_tree("HEAD", tmp_path / "tree", own)
+    tree = commit_tree("HEAD", tmp_path / "tree")
     assert (tree / "adapters" / "__init__.py").read_text("utf-8") == "adapters"
 
 
 @pytest.mark.parametrize(
     ("commit", "said"), [("0123456789+", "differed from the commit"), ("no-such-commit", "no-such-commit")]
 )
-def test_sources_that_can_not_be_made_again_are_told_in_one_line(tmp_path: Path, commit: str, said: str) -> None:
-    own = repository(tmp_path / "repository")
+def test_sources_that_can_not_be_made_again_are_told_in_one_line(
+    tmp_path: Path, commit: str, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(environments, "__file__", str(repository(tmp_path / "repository") / "module.py"))
     with pytest.raises(PinnedEnvironmentError, match=said) as told:
-        commit_tree(commit, tmp_path / "tree", own)
+        commit_tree(commit, tmp_path / "tree")
     assert "\n" not in str(told.value)
 
 
-def test_a_folder_without_repository_gives_no_commit(tmp_path: Path) -> None:
+def test_a_folder_without_repository_gives_no_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(environments, "__file__", str(tmp_path / "module.py"))
     with pytest.raises(PinnedEnvironmentError, match="not a git repository"):
-        commit_tree("HEAD", tmp_path / "tree", tmp_path)
+        commit_tree("HEAD", tmp_path / "tree")
 
 
 @pytest.mark.exhaustive

@@ -136,7 +136,7 @@ def test_wheels_of_a_folder_are_releases_where_no_index_has_them(
     for name in ("mine_engine-0.2.0", "mine_engine-0.1.0", "other-0.3.0"):
         (tmp_path / f"{name}-py3-none-any.whl").write_bytes(b"")
     monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
-    monkeypatch.setattr(releases, "configured_index", (tmp_path / "nowhere").as_uri)
+    monkeypatch.setattr(releases, "pip_setting", lambda _: (tmp_path / "nowhere").as_uri())
     found = releases.releases_of("mine-engine")
     assert [str(release.version) for release in found] == ["0.1.0", "0.2.0"]
 

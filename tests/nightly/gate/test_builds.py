@@ -13,7 +13,7 @@ from barchain.cli.main import run
 from barchain.engine.new_program import write_program
 from barchain.nightly.errors import PinnedEnvironmentError
 from barchain.nightly.gate import measuring
-from barchain.nightly.gate.builds import build_of, wheel_requirement
+from barchain.nightly.gate.run import build_of, wheel_requirement
 
 SCENE = "basics/two_bars_free"
 

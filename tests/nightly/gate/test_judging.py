@@ -15,7 +15,7 @@ from barchain.nightly.figures.steps import discoveries, step_between
 from barchain.nightly.gate.judging import judged_gate
 from barchain.nightly.gate.known import KnownFailure, known_failures
 from barchain.nightly.gate.measuring import SceneTimes, least_rounds
-from reports.nightly.gate import gate_comment
+from reports.nightly.summary import gate_comment
 from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, bits, count, error, night, verdict
 
 if TYPE_CHECKING:

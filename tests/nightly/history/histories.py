@@ -50,7 +50,7 @@ def summaries(*nights: Night) -> list[NightSummary]:
 
 def times_of(nights: Sequence[NightSummary]) -> list[NumberSeries]:
     """Times and memory of nights of :func:`history_of`."""
-    table = read_numbers(nights, None, lambda some: [(each, figures_content(MADE[each.name])) for each in some])
+    table = read_numbers((each, figures_content(MADE[each.name])) for each in nights)
     return [table.series(identity) for identity in table.identities if identity.kind in STEPPED]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from barchain.nightly.figures.rank_test import autocorrelations
-from barchain.nightly.figures.steps import FALSE_ALARMS, Step, alike, common_threshold, find_steps
+from barchain.nightly.figures.steps import Step, common_threshold, find_steps, is_known
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ def told(x: Array) -> list[tuple[Step, ...]]:
     """Steps of each series that the last night tells."""
     values = list(x)
     correlations = autocorrelations(values)
-    threshold = common_threshold(values, correlations, FALSE_ALARMS)
+    threshold = common_threshold(values, correlations)
     if threshold == 0.0:
         return [() for _ in values]
     return [find_steps(v, threshold, r) for v, r in zip(values, correlations, strict=True)]
@@ -48,7 +48,7 @@ def alarms(x: Array, first: int) -> list[int]:
     for night in range(first, x.shape[1] + 1):
         steps = told(x[:, :night])
         for own, before in zip(steps, known, strict=True):
-            found += [night for step in own if not any(alike(step, other) for other in before)]
+            found += [night for step in own if not is_known(step, {other.place: other.slower for other in before})]
         known = steps
     return found
 

@@ -37,13 +37,13 @@ def test_a_night_is_the_same_in_any_order_of_its_figures() -> None:
     figures = (error(), bits(), verdict(), count(), ratio())
     a, b = night(*figures), night(*reversed(figures))
     assert a == b
-    assert a.identity == b.identity
+    assert a.name == b.name
 
 
 @given(nights())
 def test_a_night_is_another_if_any_number_is(made: Night) -> None:
     later = night(*made.figures, count(3.0, "one more"))
-    assert later.identity != made.identity
+    assert later.name != made.name
 
 
 def test_a_digest_counts_before_a_version_and_an_unknown_one_differs_from_none() -> None:

@@ -10,8 +10,15 @@ import pytest
 
 from barchain.nightly.figures.changes import ROUNDING_LEVEL, Direction
 from barchain.nightly.history.acceptances import accept, accepted
-from barchain.nightly.history.fold import FILE, content_of, folded_night, folded_of, read_levels
-from barchain.nightly.history.judging import changes_named, judge
+from barchain.nightly.history.judging import (
+    FILE,
+    changes_named,
+    content_of,
+    folded_night,
+    folded_of,
+    judge,
+    read_levels,
+)
 from barchain.nightly.history.news import keep_judgement
 from barchain.nightly.history.pruning import needed_nights
 from barchain.nightly.history.standing import standing
@@ -158,6 +165,22 @@ def test_noise_of_rounding_is_never_red(store: NightStore) -> None:
         value = rounding * float(random.uniform(0.0, ROUNDING_LEVEL)) if k != 10 else 0.0
         store.add(night(error(value, tolerance=rounding), number=k))
         assert red(store) == []
+
+
+def test_a_drift_that_begins_among_errors_of_rounding_stands_since_then(store: NightStore) -> None:
+    """Of ×11 over three nights ×8 lie below 30 shares of rounding, where nothing is worse yet."""
+    for number, shares in enumerate((4, 9, 20, 45)):
+        store.add(night(error(shares * 1e-12, tolerance=1e-12), number=number))
+    (state,) = standing(judge(store))
+    assert (state.change.last, state.change.since) == tuple(one.name for one in store.nights()[0:3:2])
+    assert (state.change.steps, state.latest) == (2, store.nights()[3].name)
+
+
+def test_a_step_of_an_error_of_rounding_that_moved_little_before_is_its_own(store: NightStore) -> None:
+    for number, shares in enumerate((4, 9, 5, 300)):
+        store.add(night(error(shares * 1e-12, tolerance=1e-12), number=number))
+    (state,) = standing(judge(store))
+    assert (state.change.last, state.change.since) == tuple(one.name for one in store.nights()[2:])
 
 
 def test_the_errors_of_a_wrong_result_bind_no_right_one(store: NightStore) -> None:

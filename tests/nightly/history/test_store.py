@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 
 from barchain.nightly.attribution.attribute import Attribution, keep_attribution
 from barchain.nightly.errors import HistoryError
-from barchain.nightly.figures.table import CACHE, CHARTED, FIGURES
+from barchain.nightly.figures.table import CHARTED, FIGURES
 from barchain.nightly.history.judging import judge
 from barchain.nightly.history.news import attributed_words, keep_judgement
 from barchain.nightly.history.nights import RECORD, NightStore, export_parquet, open_store
@@ -188,68 +188,15 @@ def test_a_series_has_a_figure_of_each_night(store: NightStore) -> None:
         store.series("paper/fig05:mujoco:steps_per_orbit=1000:step")
 
 
-def every_number(store: NightStore) -> list[tuple[str, str, str]]:
-    """All numbers of a history that is opened anew."""
-    table = open_store(store.place.url).numbers()
-    return sorted(
-        (identity.name, night.name, str(series.figure(k)))
-        for identity in table.identities
-        for series in [table.series(identity)]
-        for k, night in enumerate(series.nights)
-    )
-
-
-def test_numbers_are_the_same_with_and_without_the_cache(store: NightStore) -> None:
-    for k in range(20):
-        store.add(night(error(1e-5 * (k // 3 + 1)), *([verdict()] if k % 2 else []), ratio(1.0 + 0.1 * k), number=k))
-    whole, cache = every_number(store), folder(store, CACHE)
-    assert len(whole) == 40
-    assert cache.is_file()
-    assert every_number(store) == whole
-    cache.unlink()
-    assert every_number(store) == whole
-
-
-def test_a_cache_that_is_wrong_or_torn_is_made_again(store: NightStore) -> None:
-    for k in range(20):
-        store.add(night(error(1e-5 * (k + 1)), number=k))
-    whole, cache = every_number(store), folder(store, CACHE)
-    content = cache.read_bytes()
-    for torn in (b"", content[:-100], content[100:]):
-        cache.write_bytes(torn)
-        assert every_number(store) == whole
-        assert cache.read_bytes() == content
-    for k in range(4, len(content), len(content) // 40):
-        cache.write_bytes(content[:k] + bytes([content[k] ^ 1]) + content[k + 1 :])
-        assert every_number(store) == whole, f"byte {k} of {len(content)}"
-
-
-def test_a_cache_follows_nights_that_are_added_late_replaced_or_removed(store: NightStore, tmp_path: Path) -> None:
-    for k in range(20):
-        store.add(night(error(1e-5 * (k + 1)), number=2 * k, label="own", complete=k > 0))
-    every_number(store)
-    store.add(night(error(2e-5), number=5))  # late
-    store.add(night(error(9e-5), verdict(), number=0, label="own"))  # the whole night
-    shutil.rmtree(folder(store, store.nights()[3].name))
-    now = every_number(store)
-    other = shutil.copytree(folder(store), tmp_path / "other")
-    (other / CACHE).unlink()
-    assert now == every_number(open_store(str(other)))
-    assert len(now) == 20
-
-
-def test_a_history_that_can_not_be_written_is_read_without_a_cache(
-    store: NightStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for k in range(20):
+def test_a_history_that_can_not_be_written_is_judged(store: NightStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    for k in range(3):
         store.add(night(error(), number=k))
 
     def refused(*_: object) -> None:
         raise OSError(30, "Read-only file system")
 
     monkeypatch.setattr("os.fsync", refused)
-    assert len(every_number(store)) == 20
-    assert not folder(store, CACHE).exists()
+    assert judge(open_store(store.place.url)).judged == 1
 
 
 def test_pruning_removes_whole_folders(store: NightStore) -> None:

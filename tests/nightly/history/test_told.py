@@ -11,7 +11,7 @@ import pytest
 from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.changes import Direction
 from barchain.nightly.figures.figure import FigureKind, FigureUnit
-from barchain.nightly.figures.steps import LEAST_EFFECT, WINDOW, ToldStep, find_steps
+from barchain.nightly.figures.steps import LEAST_EFFECT, WINDOW, find_steps
 from barchain.nightly.history.acceptances import accept, accepted, accepting, holding
 from barchain.nightly.history.judging import change_named, changes_named, judge
 from barchain.nightly.history.news import keep_judgement, steps_before, told_by
@@ -78,7 +78,7 @@ def test_a_step_is_told_on_one_night_and_keeps_its_name(store: NightStore) -> No
 
 def test_a_held_step_is_given_up_where_the_levels_no_longer_differ() -> None:
     x = noise(13, 1, 80, 0.01, 0.0)[0]
-    known = [ToldStep(40, slower=True)]
+    known = {40: True}
     for size, held in ((0.6 * LEAST_EFFECT, True), (0.3 * LEAST_EFFECT, False), (-0.05, False)):
         moved = x.copy()
         moved[40:] += size
