@@ -6,9 +6,9 @@ from collections import defaultdict
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from reports.nightly.calendar import STATES, year_blocks
+from reports.nightly.calendar import STATES, months
 from reports.nightly.charts import small_chart
-from reports.nightly.summary import by_cause, seconds_words
+from reports.nightly.summary import by_cause
 from reports.page import surroundings, templates
 from reports.results.nights import PAGE
 from reports.results.nights.document import NOT_TRIED
@@ -55,12 +55,11 @@ def write_page(
             (engine, [small_chart(t, len(nights)) for t in own if t.curves], sum(t.still for t in own if not t.curves))
             for engine, own in sorted(engines.items())
         ],
-        years=year_blocks(nights, pages),
+        months=months(nights, pages),
         pages=pages,
         reports=reports,
         states=STATES,
         nights=len(nights),
-        seconds=seconds_words,
         **surroundings({"environment": facts.night.environment, "packages": facts.night.packages}),
     )  # fmt: skip
     write_atomically(folder / PAGE, text)

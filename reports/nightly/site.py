@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
+from dataclasses import asdict
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from reports.chapters.comparison.overview import SYMBOLS, kind
 from reports.chapters.stability import SIGNS
-from reports.nightly.calendar import STATES, year_blocks
+from reports.nightly.calendar import STATES, months
 from reports.nightly.charts import number
-from reports.nightly.summary import seconds_words
 from reports.page import surroundings, templates
 from reports.plotting.palette import COLOURS
 from reports.plotting.svg import Chart, Scale
@@ -40,11 +39,15 @@ VERDICT_SIGNS |= {str(word): (sign, kind(word)) for word, sign in SYMBOLS.items(
 """Sign and colour class of each verdict; a word of both studies has those of a comparison"""
 MOST_OPEN = 60
 """Results of a page whose engines are unfolded at first"""
-HEADS = (
-    "engine", "version", "scene", "verdict", "verdict_since", "verdict_night", "reason", "error", "error_low",
-    "error_high", "error_unit", "error_quantity", "setting", "error_night", "time_ratio", "time_low", "time_high",
-    "relative_to", "at_error", "time_night", "worse_since",
-)  # fmt: skip
+COLUMNS = {
+    "engine": "engine", "version": "version", "scene": "scene", "verdict.word": "verdict",
+    "verdict.since": "verdict_since", "verdict.night": "verdict_night", "verdict.reason": "reason",
+    "error.value": "error", "error.low": "error_low", "error.high": "error_high", "error.unit": "error_unit",
+    "error.quantity": "error_quantity", "error.setting": "setting", "error.night": "error_night",
+    "time.value": "time_ratio", "time.low": "time_low", "time.high": "time_high", "time.anchor": "relative_to",
+    "time.setting": "at_error", "time.night": "time_night", "worse_since": "worse_since",
+}  # fmt: skip
+"""Columns of the table, by the fields of results"""
 
 
 def write_site(
@@ -62,10 +65,9 @@ def write_site(
     pages : mapping
         Addresses of the pages of nights, by name, relative to the folder.
     """
-    sink = io.StringIO()
-    rows = csv.writer(sink, lineterminator="\n")
-    rows.writerows([HEADS, *map(table_row, found.pairs)])
-    write_atomically(folder / TABLE, sink.getvalue())
+    pairs = pd.json_normalize([asdict(pair) for pair in found.pairs])
+    rows = pairs.reindex(columns=list(COLUMNS)).rename(columns=COLUMNS)  # what is not known is empty
+    write_atomically(folder / TABLE, rows.to_csv(index=False, lineterminator="\n"))
     engines = [(engine, list(own)) for engine, own in groupby(found.pairs, key=lambda pair: pair.engine)]
     text = templates().get_template(TEMPLATE).render(
         found=found,
@@ -77,10 +79,9 @@ def write_site(
         words=[(word, sign_of(word)) for word in sorted({p.verdict.word for p in found.pairs if p.verdict})],
         spark=lambda one, engine: spark(one, [at for at, _ in found.releases[engine][1:]], len(found.nights)),
         table=TABLE,
-        years=year_blocks(nights, pages),
+        months=months(nights, pages),
         pages=pages,
         states=STATES,
-        seconds=seconds_words,
         verdicts=verdict_counts,
         most_open=MOST_OPEN,
         **surroundings({"environment": facts.night.environment, "packages": facts.night.packages}),
@@ -100,19 +101,6 @@ def verdict_counts(pairs: Sequence[PairResult]) -> str:
 def sign_of(word: str) -> tuple[str, str]:
     """Sign and colour class of a verdict; of a word of another version a question mark."""
     return VERDICT_SIGNS.get(word, ("?", "gone"))
-
-
-def table_row(pair: PairResult) -> list[object]:
-    """Row of the table; what is not known is empty."""
-    verdict, error, time = pair.verdict, pair.error, pair.time
-    return [
-        pair.engine, pair.version, pair.scene,
-        *([verdict.word, verdict.since, verdict.night, verdict.reason] if verdict else [""] * 4),
-        *([error.value, error.low, error.high, error.unit, error.quantity, error.setting, error.night]
-          if error else [""] * 7),
-        *([time.value, time.low, time.high, time.anchor, time.setting, time.night] if time else [""] * 6),
-        pair.worse_since,
-    ]  # fmt: skip
 
 
 def spark(one: Measured, releases: Sequence[int], nights: int) -> tuple[Markup | None, str]:

@@ -101,7 +101,8 @@ def tell_night(night: str, link: str | None, url: str | None) -> None:
     store.check()
     judged = judge(store, night)
     later = [each for each in store.nights() if night == LATEST and judged.night.started < each.started <= here]
-    before = without_figures(later[-1]) if later else ""
+    killed = [name for name in killed_nights(store) if night == LATEST and name > judged.night.name]
+    before = without_figures(later[-1] if later else None, killed)
     say(message(night_facts(store, judged, store.night(judged.night.name)), link or "", before))
 
 
@@ -137,6 +138,13 @@ def results_site(out: Path, days: int, url: str | None) -> None:
     found = site_file(store, judge(store, latest), facts)
     write_site(out, found, facts, calendar(nights, told_by(store), known), pages)
     say(f"{out / FILE}: {len(found.pairs)} results of {len(found.nights)} nights")
+
+
+def killed_nights(store: NightStore) -> list[str]:
+    """Names of nights that were begun and did not end, and are not in the history."""
+    from barchain.nightly.running.state import not_ended  # noqa: PLC0415
+
+    return not_ended(store.place.local or NIGHTS, {night.name for night in store.nights()})
 
 
 def show_night(facts: NightlyFile, page: Path) -> None:

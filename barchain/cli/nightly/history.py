@@ -16,7 +16,7 @@ from barchain.cli.common.options import json_option
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
-from barchain.cli.nightly.documents import report_night, results_site, tell_night
+from barchain.cli.nightly.documents import killed_nights, report_night, results_site, tell_night
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
@@ -66,6 +66,8 @@ def list_nights(url: str | None, as_json: bool) -> None:
     store = opened(url)
     for folder, reason in store.check().items():
         say(f"{folder}: left out: {reason}", err=True)
+    for name in killed_nights(store):
+        say(f"{name}: was begun and did not end; the next `barchain nightly` goes on with it, or adds it", err=True)
     nights = store.nights()
     if as_json:
         print_json([night_values(night) for night in nights])

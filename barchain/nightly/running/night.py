@@ -233,9 +233,11 @@ def run_jobs(night: Running, state: NightState) -> NightState:
                 waiting.append(later)
             write_state(night.folder, state)
             result = run_job(night, job, replace(job, scenes=begun), time_s)
-        state = state.with_result(job.name, result)
+        before = state.results.get(job.name)  # the time of an earlier attempt counts too
+        result = replace(result, duration_s=round(result.duration_s + (before.duration_s if before else 0.0), 3))
+        state = replace(state, results=state.results | {job.name: result})
         write_state(night.folder, state)
-        night.progress.end(state.results[job.name])
+        night.progress.end(result)
     return state
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.dependencies import Installation  # noqa: TC001  # pydantic reads the annotations of the state
 from barchain.nightly.figures.results import night_here, read_figures_of
 from barchain.nightly.running.jobs import NightJob, beside
+from barchain.record.claim import locked
 from barchain.studies.selftest.faults.catalogue import CONTROLS
 from reports.results.nights import STATE
 from reports.results.nights.document import AlarmTest, NightRun, PartResult, PartState
@@ -19,7 +21,7 @@ from reports.results.selftest import FILES, FaultOutcome
 from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Collection, Iterable, Iterator
     from pathlib import Path
 
     from barchain.nightly.history.nights import NightStore
@@ -32,10 +34,6 @@ NOT_PLANTED = {str(FaultOutcome.NOTHING), str(FaultOutcome.INVISIBLE)}
 """Outcomes of faults that change nothing"""
 REJECTED = {str(FaultOutcome.FALSE_ALARM), str(FaultOutcome.BROKEN)}
 """Outcomes of an unmodified engine that must not be"""
-
-
-class DamagedStateError(ValueError):
-    """Raised for a state that can't be read; the message is one line."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +60,6 @@ class NightState:
     """Ends of jobs, by name"""
     finished: bool = False
 
-    def with_result(self, name: str, result: PartResult) -> NightState:
-        """State after a job; time of an earlier attempt counts too."""
-        before = self.results.get(name)
-        spent = before.duration_s if before else 0.0
-        ended = replace(result, duration_s=round(result.duration_s + spent, 3))
-        return replace(self, results=self.results | {name: ended})
-
     def goes_on(self, plan: str, code: str, now: datetime.datetime) -> bool:
         """Whether an interrupted night goes on: the same plan, code and environment, and not too long ago."""
         return self.plan == plan and self.code == code and abs(now - self.started) < LONGEST_PAUSE
@@ -84,17 +75,12 @@ def read_state(folder: Path) -> NightState | None:
 
     Raises
     ------
-    DamagedStateError
-        If it can't be read.
+    ValueError, OSError
+        If it can't be read; the message is one line.
     """
-    try:
+    with contextlib.suppress(FileNotFoundError):
         return formed(NightState, (folder / STATE).read_bytes())
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise DamagedStateError(error.strerror or "can't be read") from None
-    except ValueError as error:
-        raise DamagedStateError(str(error)) from None
+    return None
 
 
 def unfinished(out: Path, note: Callable[[str], None]) -> Iterator[tuple[Path, NightState]]:
@@ -105,13 +91,33 @@ def unfinished(out: Path, note: Callable[[str], None]) -> Iterator[tuple[Path, N
     for folder in sorted((each for each in out.iterdir() if each.is_dir()), reverse=True) if out.is_dir() else []:
         try:
             state = read_state(folder)
-        except DamagedStateError as error:
+        except (ValueError, OSError) as error:
             remedy = "results of its parts stay there, and `barchain history add DIR` adds them"
             note(f"{folder / STATE}: is damaged ({error}); {remedy}")
             (folder / STATE).replace(folder / SET_ASIDE)
             continue
         if state is not None and not state.finished:
             yield folder, state
+
+
+def not_ended(out: Path, known: Collection[str]) -> list[str]:
+    """Names of the nights in a folder that began, did not come to their end, and do not run now.
+
+    Parameters
+    ----------
+    out : Path
+    known : collection of str
+        Nights that the history holds.
+    """
+    found = []
+    for path in sorted(out.glob(f"*/{STATE}")):
+        name = path.parent.name
+        with contextlib.suppress(ValueError, OSError):  # damaged, or another process writes into the folder
+            state = read_state(path.parent) if name not in known else None
+            if state is not None and not state.finished:
+                with locked(path.parent):
+                    found.append(name)
+    return found
 
 
 def results_fault(folder: Path) -> str:

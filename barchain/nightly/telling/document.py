@@ -63,9 +63,12 @@ def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: 
     new, earlier = change_entries(judged, accepted(store), confirmed)
     tonight, holding = tuple(events(list(standing_for(new)))), events(earlier)
     steps = {change.figure: change.factor for change in tonight if change.direction == "worse"}
-    seen = {row.told.identity.name: row.last_night for row in judged.above.values() if not row.told.missing}
+    earlier_nights = {  # with the latest result
+        row.told.identity.name: row.last_night for row in judged.above.values()
+        if not row.told.missing and row.last_night != judged.night.name
+    }  # fmt: skip
     holding = [
-        entry.model_copy(update={"fresh": steps.get(entry.figure), "measured": earlier_than(judged, seen, entry)})
+        entry.model_copy(update={"fresh": steps.get(entry.figure), "measured": earlier_nights.get(entry.figure, "")})
         for entry in holding
     ]
     worse, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
@@ -99,12 +102,6 @@ def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: 
     return found.model_copy(update={"sentence": opening(judged, found)})
 
 
-def earlier_than(judged: JudgedNight, seen: Mapping[str, str], entry: ChangeEntry) -> str:
-    """Latest night with a result of a figure; empty if it is this one, or the figure is missing."""
-    night = seen.get(entry.figure, "")
-    return "" if night == judged.night.name else night
-
-
 def without_verdict(figures: Sequence[Figure], verdicts: Sequence[Figure]) -> list[Figure]:
     """Runs that gave no result, of pairs that have no verdict: their part may have ended before it was judged."""
     judged = {(cell.identity.scene, cell.identity.engine) for cell in verdicts}
@@ -119,7 +116,7 @@ def change_entries(
 ) -> tuple[list[ChangeEntry], list[ChangeEntry]]:
     """Entries of what a night tells first, and of what is worse since an earlier night; what needs a look comes first.
 
-    What is worse tonight is accepted if the state that it leads to is; another change by an entry of its night.
+    What changed tonight is accepted by an entry of its night, or if the state that it leads to is.
     """
     now, nights = datetime.datetime.now(datetime.UTC), judged.by_name
     states = standing(judged, known, now)
@@ -128,8 +125,8 @@ def change_entries(
     found: tuple[list[ChangeEntry], list[ChangeEntry]] = [], []
     for change in judged.tonight:
         covering = accepting(change, known, now)
-        if change.identity in of_figure and not change.is_step and not change.irreproducible:
-            covering = of_figure[change.identity]
+        if covering is None and not change.is_step and not change.irreproducible:
+            covering = of_figure.get(change.identity)
         found[0].append(change_entry(change, nights, covering, confirmed.get(change.id, "")))
     for state in (state for state in states if state.change.id not in new):
         entry = change_entry(state.change, nights, state.acceptance, confirmed.get(state.change.id, ""))

@@ -30,8 +30,6 @@ FAILING = {
 }  # fmt: skip
 """Directions of changes that fail a case, by `--fail-on`"""
 UNSUPPORTED = "unsupported"
-MAY_BE, WAS = "may be", "was"
-"""Earlier result of what is worse than accepted: what a figure may be, which nothing need have measured; and of news"""
 
 
 def write_junit(
@@ -59,7 +57,7 @@ def write_junit(
     document.add_testsuite(plan_suite(facts, Error if FAILING[fail_on] else Skipped, need_history=need_history))
     cells, rejected = by_engine(figures), {(r.engine, r.scene): r.words for r in facts.rejected}
     changes: dict[tuple[str, str], list[Told]] = defaultdict(list)
-    for relation, entries in ((MAY_BE, facts.standing), (WAS, facts.other_news)):
+    for relation, entries in (("may be", facts.standing), ("was", facts.other_news)):  # nothing need have measured it
         for change in entries:
             changes[change.engine or NO_ENGINE, change.scene or NO_SCENE].append((change, relation))
             cells[change.engine or NO_ENGINE].setdefault(change.scene or NO_SCENE, [])
@@ -150,10 +148,9 @@ def failure_words(change: ChangeEntry, relation: str, others: int = 0) -> str:
     unmeasured = f", not measured since {change.measured}" if change.measured else ""
     more = f", and {change.also} more of this run" if change.also else ""
     beside = f" and {plural(others, 'more figure')}" if others else ""
-    return (
-        f"{change.figure}: {relation} {change.was}, is {change.became}{factor}{beside} since {change.since}"
-        f"{unmeasured}{more}; suspects: {change.suspect_words}"
-    )
+    moved = change.never_words or f"{relation} {change.was}, is {change.became}"
+    suspects = f"; suspects: {change.suspect_words}" if change.suspect_words else ""
+    return f"{change.figure}: {moved}{factor}{beside} since {change.since}{unmeasured}{more}{suspects}"
 
 
 def plain_text(text: str) -> str:

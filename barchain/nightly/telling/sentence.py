@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import textwrap
 from collections import Counter
 from typing import TYPE_CHECKING
 
@@ -50,6 +51,7 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     since = f" since {baseline}" if baseline else " tonight"
     told = [change for change in changes if change.accepted is None]
     wild = sum(change.irreproducible for change in told)
+    new = figures([c for c in facts.other_news if c.direction == "worse" and not (c.accepted or c.irreproducible)])
     news = joined(
         counted(wild, "run", NOT_REPRODUCIBLE),
         changes_words([change for change in told if not change.irreproducible], since, judged.judged),
@@ -65,7 +67,7 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     broken = "" if news or facts.standing else no_pass(facts.rejected)
     held = figures(facts.held)
     return joined(
-        standing_words(facts.standing, night.started), news, unmeasured, broken, "" if news else quiet,
+        standing_words(facts.standing, new, night.started), news, unmeasured, broken, "" if news else quiet,
         counted(held, "figure", "worse than before, and accepted"),
         renamed_words(judged.renamed), plan_words(judged, baseline),
     )  # fmt: skip
@@ -76,8 +78,11 @@ def joined(*sentences: str) -> str:
     return " ".join(filter(None, sentences)).replace("….", "…")
 
 
-def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
-    """What is worse than accepted, by how much, since when and by what; empty if nothing is."""
+def standing_words(standing: Sequence[ChangeEntry], new: int, tonight: datetime.datetime) -> str:
+    """What is worse than accepted, by how much, since when and by what; empty if nothing is since an earlier night.
+
+    The `new` figures that are worse since tonight count, too; the sentence after this one is about them.
+    """
     if not standing:
         return ""
     groups: dict[tuple[str, str, str], list[ChangeEntry]] = {}
@@ -86,12 +91,16 @@ def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) 
             ", ".join(f"{one.short} {one.after}".strip() for one in own[:MOST_SUSPECTS])
             for own in (change.suspects, change.newest)
         )
+        names = "from its first night on" if change.never_words else names
         groups.setdefault((change.since[:10], names, newest), []).append(change)
     count = figures(standing)
     unseen = figures([change for change in standing if change.measured])
     which = "not" if count == unseen == 1 else "none of them" if count == unseen else f"{amount(unseen)} of them not"
     later = f"; {which} measured tonight" if unseen else ""
-    what = f"{are(count, 'figure')} worse than accepted{by_words(standing)}"
+    what = f"{are(count + new, 'figure')} worse than accepted"
+    if new:
+        what += f", {amount(new)} of them new tonight; the other {amount(count)}"
+    what += by_words(standing)
     if len(groups) == 1:
         return f"{what} {group_words(*next(iter(groups)), standing, tonight)}{later}."
     shown = sorted(groups.items(), key=lambda group: -figures(group[1]))[:MOST_CAUSES]
@@ -121,19 +130,31 @@ def group_words(day: str, names: str, newest: str, worse: Sequence[ChangeEntry],
     return f"since {date.day} {date:%B}{year}{f' ({names})' if names else ''}"
 
 
-def without_figures(night: NightSummary) -> str:
-    """Sentences on a latest night without figures, which lead to those on the last night with some."""
-    name = f"The night of {night.started.day} {night.started:%B}"
-    said = f"{name} has no figures." if night.complete else not_measured(night.run, complete=False, night=name)
-    return joined(f"{name} is void: {night.void}." if night.void else said, "The last night with figures:")
+def without_figures(night: NightSummary | None, killed: Sequence[str]) -> str:
+    """Sentences on later nights than the last one with figures, which lead to those on that one; empty without any.
+
+    Parameters
+    ----------
+    night : NightSummary, optional
+        The latest night, if it has no figures.
+    killed : sequence of str
+        Names of later nights that were begun and did not end.
+    """
+    said = [f"The night of {name[:10]} was begun and did not end." for name in killed]
+    if night is not None:
+        name = f"The night of {night.started.day} {night.started:%B}"
+        unmeasured = not_measured(night.run, complete=False, night=name)
+        empty = f"{name} has no figures." if night.complete else unmeasured
+        said.append(f"{name} is void: {night.void}." if night.void else empty)
+    return joined(*said, "The last night with figures:") if said else ""
 
 
 def not_measured(run: NightRun | None, *, complete: bool, night: str = "The night") -> str:
     """What a night did not measure, and why; empty of a complete one."""
     parts = [part for part in run.parts if not part.whole] if run else []
-    said = [f"{part.name}, {shortened(part.reasons or str(part.state), MOST_REASON)}" for part in parts[:MOST_CAUSES]]
+    said = [f"{part.name}, {shortened(part.reasons or str(part.state))}" for part in parts[:MOST_CAUSES]]
     more = f"; and {amount(len(parts) - MOST_CAUSES, 'more part')}" if len(parts) > MOST_CAUSES else ""
-    noted = [f"{part.name}: {shortened(part.reason, MOST_REASON)}." for part in (run.parts if run else ())
+    noted = [f"{part.name}: {shortened(part.reason)}." for part in (run.parts if run else ())
              if part.whole and part.reason]  # fmt: skip
     if said:
         return joined(f"{night} is incomplete: {'; '.join(said)}{more}.", *noted)
@@ -144,19 +165,15 @@ def no_pass(rejected: Sequence[RejectedEntry]) -> str:
     """Verdicts of a night that are no pass, the first one with its reason; empty without any."""
     if not rejected:
         return ""
-    first = shortened(rejected[0].words, MOST_REASON)
+    first = shortened(rejected[0].words)
     count = len(rejected)
     eg = "" if count == 1 else "the first "
     return f"{are(count, 'verdict')} no pass: {eg}{first}."
 
 
-def shortened(text: str, most: int) -> str:
-    """Text of at most so many characters, cut between words, without its full stop."""
-    text = text.rstrip(". ").replace(". ", "; ")  # a full stop ends the headline
-    if len(text) <= most:
-        return text
-    cut = text[: most - 1]
-    return f"{(cut.rpartition(' ')[0] or cut).rstrip(':;, ')} …"
+def shortened(text: str) -> str:
+    """Text of at most :data:`MOST_REASON` characters, cut between words; a full stop would end the headline."""
+    return textwrap.shorten(text.rstrip(". ").replace(". ", "; "), MOST_REASON, placeholder=" …")
 
 
 def accepted_words(count: int, since: str, judged: int, *, alone: bool) -> str:

@@ -117,12 +117,18 @@ class ChangeEntry(Entry):
         return self.kind == "verdict" and self.direction == "worse"
 
     @property
+    def never_words(self) -> str:
+        """``failed from the first night on (no earlier pass)``; empty of a change of what was there before."""
+        return f"{self.became} from the first night on (no earlier {self.was})" if self.last == self.since else ""
+
+    @property
     def words(self) -> str:
         """Change in one line, without its direction."""
         factor = f" ({ratio_words(self.factor)}{self.steps_words})" if self.factor else ""
         more = f", and {self.also} more of this run" if self.also else ""
         unmeasured = f", not measured since {self.measured[:10]}" if self.measured else ""
-        return f"{self.figure}: {' → '.join(self.results)}{factor}{more}{unmeasured}"
+        moved = self.never_words or " → ".join(self.results)
+        return f"{self.figure}: {moved}{factor}{more}{unmeasured}"
 
     def dated(self, night: str) -> str:
         """Change in one line that says since when it holds, on the page of a night."""
@@ -139,6 +145,8 @@ class ChangeEntry(Entry):
     @property
     def results(self) -> tuple[str, str]:
         """Old and new result as a table shows them: of a digest the first digits, as of suspects."""
+        if self.never_words:
+            return f"no earlier {self.was}", self.became
         digits = DIGITS if self.kind == "bits" else None
         return self.was[:digits], self.became[:digits]
 
@@ -153,10 +161,15 @@ class ChangeEntry(Entry):
 
     @property
     def suspect_words(self) -> str:
-        """Suspects with what they were and are; of several steps those of the first one and of the latest one."""
+        """Suspects with what they were and are; of several steps those of the first one and of the latest one.
+
+        Empty of what holds since the first night of the figure.
+        """
         if self.suspects or self.newest:
             first, newest = (", ".join(suspect.words for suspect in own) for own in (self.suspects, self.newest))
             return "; ".join(filter(None, [first, f"latest step: {newest}" if newest else ""]))
+        if self.never_words:
+            return ""
         if self.unknown:
             return f"no known one; of unknown state: {', '.join(self.unknown)}"
         return "none: all parts that the figure depends on are the same"

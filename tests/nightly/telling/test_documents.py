@@ -221,7 +221,9 @@ def test_an_earlier_change_for_the_worse_no_longer_fails_once_it_is_accepted(his
     assert facts.standing == ()
     assert [c.quantity for c in facts.held] == ["attitude.max"]
     assert "fewer steps on purpose" in (tmp_path / "out" / "nightly.html").read_text("utf-8")
-    assert "One figure is worse than before, and accepted" in (tmp_path / "out" / "summary.md").read_text("utf-8")
+    summary = (tmp_path / "out" / "summary.md").read_text("utf-8")
+    assert "One figure is worse than before, and accepted" in summary
+    assert "accepted by Ada on" in summary
 
 
 def test_junit_agrees_with_the_schema_of_jenkins(history: str, tmp_path: Path) -> None:
@@ -341,9 +343,9 @@ def test_an_accepted_change_is_told_apart_from_a_confirmed_one(history: str, tmp
     accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
     report(history, tmp_path / "out")
     before, page = ((tmp_path / each / "nightly.html").read_text("utf-8") for each in ("before", "out"))
-    assert "<br>accepted</td>" not in before
     assert "Suspects that were not tried are confirmed, or not" in page
-    assert "worse</span><br>accepted</td>" in page
+    assert re.search(r"<strong>accepted by Ada on [\d-]+: fewer steps on purpose</strong>; error", page)
+    assert "<strong>accepted" not in before
     assert "; accepted by Ada on " in page
 
 
@@ -536,7 +538,15 @@ def test_an_engine_that_crashes_from_its_first_night_on_is_red_until_that_is_acc
         add(history, night(verdict("failed", reason="ended with code 139"), number=number))
         code, facts = report(history, tmp_path / "out")
         assert (code, facts.state) == (1, "worse")
-        assert [(one.was, one.became) for one in facts.standing] == [("pass", "failed")]
+        (one,) = facts.standing
+        assert one.words.endswith(":verdict: failed from the first night on (no earlier pass)")
+        assert one.reason == "failed from the first night on: ended with code 139"
+        assert one.suspect_words == ""
+        for name in ("nightly.html", "summary.md", "junit.xml"):
+            text = (tmp_path / "out" / name).read_text("utf-8")
+            assert "failed from the first night on" in text
+            assert "all parts that the figure depends on" not in text
+            assert "suspects: " not in text
     store = open_store(history)
     assert worse_on_each_night(store) == [1, 1]
     accept(store, changes_named(judge(store), "*:mujoco:*"), "Ada", "no wheel of it yet", pattern="*:mujoco:*")
@@ -605,7 +615,9 @@ def test_the_console_dates_what_is_worse_and_says_how_much_more_there_is(history
         add(history, night(*(error(factor * 1e-5, name) for name in names), *more, number=number, parts=NEWER))
     words = ["history", "report", "--history", history, "--out", str(tmp_path)]
     shown = CliRunner().invoke(cli, words).output
-    assert shown.startswith("Seven figures are worse than accepted by ")
+    assert shown.startswith(
+        "Eight figures are worse than accepted, one of them new tonight; the other seven by up to ×2 since "
+    )
     assert shown.count("  worse since 2026-01-02: ") == 5
     assert "  2 more: worse since earlier" in shown
     assert shown.count("  worse tonight: ") == 1
@@ -668,3 +680,13 @@ def test_a_night_that_ends_after_a_newer_one_leaves_the_newest_in_front(history:
         report(history, out / one.name, one.name)
         assert publish(open_store(history), one.name, out / one.name) == (out / one.name if number == 1 else out)
     assert read_nightly(out / "nightly.json").night.started.day == 3
+
+
+def test_a_change_takes_two_lines_of_the_page(history: str, tmp_path: Path) -> None:
+    """Figure and results, and below them kind, name and reason: on a wide page no cell has a line of its own."""
+    add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
+    report(history, tmp_path / "out")
+    page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
+    (change,) = re.findall(r'<tr class="fail" id="change-.*?</tr>\n<tr class="why">.*?</tr>', page, re.DOTALL)
+    assert change.count("<tr") == 2
+    assert "<br>" not in change

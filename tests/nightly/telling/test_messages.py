@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,14 +12,18 @@ from click.testing import CliRunner
 from junitparser import JUnitXml
 
 from barchain.cli.main import cli
+from barchain.nightly.figures.dependencies import Installation
+from barchain.nightly.figures.figure import NIGHT_FORMAT
 from barchain.nightly.history.acceptances import accept
 from barchain.nightly.history.judging import change_named, judge
 from barchain.nightly.history.nights import open_store
-from reports.nightly.calendar import year_blocks
+from barchain.nightly.running.state import NightState, write_state
+from barchain.record.claim import locked
+from reports.nightly.calendar import months
 from reports.nightly.charts import small_chart
 from reports.results.nights.document import NightRun, PartResult, PartState
 from reports.results.nights.trends import CalendarNight, TrendChart
-from tests.nightly.history.synthetic import PARTS, NightPart, error, identity, night, verdict
+from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, NightPart, error, identity, night, verdict
 from tests.support.nightly import read_nightly
 
 if TYPE_CHECKING:
@@ -142,8 +148,11 @@ def test_junit_calls_an_earlier_value_of_a_new_change_what_it_was(store: NightSt
 def test_one_figure_and_one_change_are_in_the_singular() -> None:
     _, _, note = small_chart(TrendChart("scene", "engine", "error", (), 1, ()), 1)
     assert note == "1 figure the same on all nights"
-    ((_, block),) = year_blocks([CalendarNight("a", "2026-01-02T02:00:00+00:00", "worse", 1)], {})
-    assert ", 1 change<" in block
+    ((name, weeks),) = months([CalendarNight("a", "2026-01-02T02:00:00+00:00", "worse", 1)], {})
+    assert name == "January 2026"
+    assert [day.words for week in weeks for day in week if day and day.state] == [
+        "2026-01-02: a figure is worse than accepted, 1 change"
+    ]
 
 
 def test_what_an_acceptance_leaves_open_is_printed_beside_what_it_covers(
@@ -155,3 +164,52 @@ def test_what_an_acceptance_leaves_open_is_printed_beside_what_it_covers(
     ended = CliRunner().invoke(cli, ["history", "accept", step.id, "--reason", "a fifth", "--history", url])
     assert ended.stdout.index("figure accepted; covers") < ended.stdout.index("still worse than accepted: ×5")
     assert ended.stderr == ""
+
+
+def begun(folder: Path, number: int, *, finished: bool = False) -> None:
+    """Folder of a night as it is after its first part."""
+    started = night(number=number).started
+    folder /= f"{started.strftime(NIGHT_FORMAT)}-abcdef01"
+    folder.mkdir(parents=True)
+    here = Installation("0.8.0", ENVIRONMENT)
+    write_state(folder, NightState("plan 0123", 15.0, 0, started, "code", ("core",), here, (), finished=finished))
+
+
+def test_a_night_that_was_killed_is_listed_and_told(store: NightStore, url: str) -> None:
+    store.add(night(error(), number=0))
+    begun(Path(url), 1, finished=True)
+    assert told(url)[0].startswith("This is the first night")
+    begun(Path(url), 2)
+    listed = CliRunner().invoke(cli, ["history", "list", "--history", url])
+    (line,) = listed.stderr.splitlines()
+    assert line.startswith("2026-01-03T02-00-00-abcdef01: was begun and did not end")
+    assert told(url)[0] == "The night of 2026-01-03 was begun and did not end. The last night with figures:"
+    store.add(night(error(), number=3))
+    assert told(url)[0] == "Nothing changed tonight among 1 figure."
+
+
+def test_a_night_that_runs_now_is_no_night_that_did_not_end(store: NightStore, url: str) -> None:
+    store.add(night(error(), number=0))
+    begun(Path(url), 2)
+    (folder,) = Path(url).glob("*-abcdef01")
+    with locked(folder):
+        ended = subprocess.run(
+            [sys.executable, "-P", "-m", "barchain", "history", "list", "--history", url],
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+    assert ended.stderr == ""
+
+
+def test_an_accepted_step_of_a_drift_is_called_accepted(store: NightStore, url: str, tmp_path: Path) -> None:
+    for number, value in enumerate((1e-5, 5e-5, 6e-5)):
+        store.add(night(error(value), number=number))
+    accept(store, judge(store).news, "Ada", "a fifth on purpose")
+    report(url, tmp_path)
+    facts = read_nightly(tmp_path / "nightly.json")
+    assert [one.accepted.who for one in facts.changes if one.accepted] == ["Ada"]
+    (still,) = facts.standing
+    assert "with the accepted step of 2026-01-03 (Ada: a fifth on purpose)" in still.reason
+    for name in ("nightly.html", "summary.md"):
+        text = (tmp_path / name).read_text("utf-8")
+        assert f"accepted by Ada on {facts.changes[0].accepted.when.date()}: a fifth on purpose" in text
+        assert "with the accepted step of 2026-01-03 (Ada: a fifth on purpose)" in text

@@ -47,10 +47,12 @@ def said(*changes: ChangeEntry, **more: Any) -> str:
         replanned="replanned" in more,
     )  # fmt: skip
     judged.new, judged.left_out = more.get("replanned", (0, 0))
+    standing = more.get("standing", ())
     facts: Any = SimpleNamespace(
-        changes=changes, standing=more.get("standing", ()), held=(change(),) * more.get("held", 0),
+        changes=changes, standing=standing, held=(change(),) * more.get("held", 0),
         against=SimpleNamespace(baseline=more.get("baseline", "")), rejected=more.get("rejected", ()),
         run=more.get("run"),
+        other_news=[one for one in changes if one.figure not in {each.figure for each in standing}],
     )  # fmt: skip
     return opening(judged, facts)
 
@@ -132,6 +134,17 @@ def test_what_is_worse_than_accepted_comes_first_with_its_size_its_night_and_its
         "Three figures are worse than accepted by up to ×5: two since 3 November (engine:mujoco 4.0.0) and one since "
         "9 November (library:numpy 2.4.6). One figure of 900 changed tonight, for the worse; since engine:mujoco 4.0.0."
     )
+
+
+def test_all_that_is_worse_is_counted_in_the_first_sentence_with_what_is_new_of_it() -> None:
+    new = [change(figure=f"place.{k}") for k in range(7)]
+    text = said(*new, change("better", figure="other"), standing=since("2026-11-03", 9, 6.0))
+    assert text.startswith(
+        "16 figures are worse than accepted, seven of them new tonight; the other nine by up to ×6 since 3 November "
+        "(engine:mujoco 4.0.0). Eight figures of 900 changed tonight, seven for the worse"
+    )
+    accepted = [change(figure="accepted", accepted=ACCEPTED), change(figure="wild", irreproducible=True)]
+    assert said(*accepted, standing=since("2026-11-03")).startswith("One figure is worse than accepted by ×5 since")
 
 
 def test_a_night_without_a_figure_to_judge_does_not_say_that_nothing_changed() -> None:
