@@ -67,7 +67,7 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     broken = "" if news or facts.standing else no_pass(facts.rejected)
     held = figures(facts.held)
     return joined(
-        standing_words(facts.standing, new, night.started), news, unmeasured, broken, "" if news else quiet,
+        standing_words(facts.standing, new, night), news, unmeasured, broken, "" if news else quiet,
         counted(held, "figure", "worse than before, and accepted"),
         renamed_words(judged.renamed), plan_words(judged, baseline),
     )  # fmt: skip
@@ -78,13 +78,20 @@ def joined(*sentences: str) -> str:
     return " ".join(filter(None, sentences)).replace("….", "…")
 
 
-def standing_words(standing: Sequence[ChangeEntry], new: int, tonight: datetime.datetime) -> str:
+def standing_words(every: Sequence[ChangeEntry], new: int, night: NightSummary) -> str:
     """What is worse than accepted, by how much, since when and by what; empty if nothing is since an earlier night.
 
-    The `new` figures that are worse since tonight count, too; the sentence after this one is about them.
+    The `new` figures that are worse since tonight count, too; the sentence after this one is about them. Beside others,
+    those that failed tonight from their first night on are new ones.
     """
-    if not standing:
+    if not every:
         return ""
+    standing = [change for change in every if change.since != night.name]
+    new += figures(every) - figures(standing)
+    if not standing and new > figures(every):
+        return f"{are(new, 'figure')} worse than accepted, all of them new tonight."
+    if not standing:
+        standing, new = list(every), 0
     groups: dict[tuple[str, str, str], list[ChangeEntry]] = {}
     for change in standing:
         names, newest = (
@@ -102,9 +109,9 @@ def standing_words(standing: Sequence[ChangeEntry], new: int, tonight: datetime.
         what += f", {amount(new)} of them new tonight; the other {amount(count)}"
     what += by_words(standing)
     if len(groups) == 1:
-        return f"{what} {group_words(*next(iter(groups)), standing, tonight)}{later}."
+        return f"{what} {group_words(*next(iter(groups)), standing, night.started)}{later}."
     shown = sorted(groups.items(), key=lambda group: -figures(group[1]))[:MOST_CAUSES]
-    words = [f"{amount(figures(own))} {group_words(*group, own, tonight)}" for group, own in shown]
+    words = [f"{amount(figures(own))} {group_words(*group, own, night.started)}" for group, own in shown]
     more = count - sum(figures(own) for _, own in shown)
     return f"{what}: {listed([*words, f'{amount(more)} since other nights'] if more else words)}{later}."
 

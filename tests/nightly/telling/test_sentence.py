@@ -40,6 +40,7 @@ def change(direction: str = "worse", suspects: tuple[SuspectEntry, ...] = (MUJOC
 def said(*changes: ChangeEntry, **more: Any) -> str:
     judged: Any = SimpleNamespace(
         night=SimpleNamespace(
+            name=more.get("night", "tonight"),
             void=more.get("void"), complete=more.get("complete", True),
             started=datetime.datetime(2026, 11, 29, tzinfo=datetime.UTC),
         ),
@@ -234,4 +235,19 @@ def test_a_long_reason_is_cut_between_words() -> None:
     part = PartResult("core", PartState.FAILED, 10.0, reason="gravitation " * 30)
     assert said(complete=False, run=run(part)).startswith(
         f"The night is incomplete: core, {'gravitation ' * 9}… Nothing changed"
+    )
+
+
+def test_a_figure_that_fails_tonight_from_its_first_night_on_is_new() -> None:
+    verdict = {"kind": "verdict", "quantity": "verdict", "was": "pass", "became": "failed", "suspects": ()}
+    tonight = "2026-11-29T02-00-00-abcdef01"
+    first = change(figure="first", since=tonight, last=tonight, **verdict)
+    assert said(standing=[first], night=tonight).startswith(
+        "One figure is worse than accepted since 29 November (from its first night on)."
+    )
+    assert said(standing=[first, *since("2026-11-03")], night=tonight).startswith(
+        "Two figures are worse than accepted, one of them new tonight; the other one by ×5 since 3 November"
+    )
+    assert said(change(), standing=[first], night=tonight).startswith(
+        "Two figures are worse than accepted, all of them new tonight. One figure of 900 changed tonight"
     )
