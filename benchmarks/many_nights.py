@@ -109,9 +109,7 @@ def main() -> None:
     print(f"{asked.nights} nights of {len(real.figures)} figures, {each:.2f} s to add one")
     print(f"size: {sum(file.stat().st_size for file in asked.history.rglob('*.*')) / 1e6:.0f} MB")
     name = real.figures[0].identity.name
-    timed("numbers of all nights, without a cache", store.numbers)
-    store.loaded = None
-    timed("numbers of all nights, with the cache", store.numbers)
+    timed("numbers of all nights", store.numbers)
     timed("list of nights", store.nights)
     timed("one figure over all nights", lambda: store.series(name))
     timed("one whole night", lambda: store.night("latest"))

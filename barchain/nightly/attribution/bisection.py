@@ -15,7 +15,7 @@ from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.changes import result_words
 from barchain.nightly.figures.dependencies import capture
 from barchain.nightly.figures.figure import STEPPED
-from barchain.nightly.figures.origins import AT, state_words, states_between
+from barchain.nightly.figures.package_origins import AT, state_words, states_between
 from barchain.nightly.figures.suspects import differing
 from barchain.nightly.history.news import AttributionVerdict
 from barchain.runs.environment import scratch_folder

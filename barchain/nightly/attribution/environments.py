@@ -22,7 +22,7 @@ from adapters.command.own_python import READY, environments_folder, python_in, w
 from adapters.registry import PACKAGES
 from barchain.nightly.errors import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures.figure import content_digest
-from barchain.nightly.figures.origins import AT, installed_state, requirement_of, wheel_folders
+from barchain.nightly.figures.package_origins import AT, installed_state, requirement_of, wheel_folders
 from barchain.nightly.figures.results import read_figures_of
 from barchain.record.sources import direct_url
 from barchain.runs.environment import marked, scratch_folder

@@ -14,7 +14,7 @@ from packaging.version import InvalidVersion, Version
 from pypi_simple import DistributionPackage, Link, PyPISimple
 
 from barchain.nightly.errors import PinnedEnvironmentError
-from barchain.nightly.figures.origins import pip_setting, wheel_folders
+from barchain.nightly.figures.package_origins import pip_setting, wheel_folders
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

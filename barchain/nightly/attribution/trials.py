@@ -19,7 +19,7 @@ from barchain.nightly.errors import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures.changes import COMPARED, OTHER_STUDIES, Direction, compared
 from barchain.nightly.figures.dependencies import SOURCES, installed_parts
 from barchain.nightly.figures.figure import STEPPED, Figure, FigureIdentity, FigureKind
-from barchain.nightly.figures.origins import can_be_installed, requirement_of
+from barchain.nightly.figures.package_origins import can_be_installed, requirement_of
 from barchain.nightly.figures.table import PROGRAM
 from barchain.studies.study import ignore
 from scenarios import load_scene, scene_names

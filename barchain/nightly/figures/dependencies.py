@@ -20,7 +20,7 @@ from barchain.nightly.figures.figure import (
     NightPart,
     content_digest,
 )
-from barchain.nightly.figures.origins import installed_state
+from barchain.nightly.figures.package_origins import installed_state
 from barchain.record.environment import environment, machine, package_version
 from barchain.record.sources import DIGITS, contents_digest, digest_of, installed_commit, required_by
 from barchain.runs.processes import GitError, git

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.nightly.figures.figure import REQUIREMENTS, NightPart
-from barchain.nightly.figures.origins import state_words as shown
+from barchain.nightly.figures.package_origins import state_words as shown
 from reports.results.nights.document import SuspectEntry
 
 if TYPE_CHECKING:

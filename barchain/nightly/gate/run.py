@@ -17,7 +17,7 @@ from adapters.command.entries import FILES
 from adapters.registry import UnknownEngineError, find_engine
 from barchain.nightly.attribution.environments import installed_tree, pinned_environment
 from barchain.nightly.errors import PinnedEnvironmentError
-from barchain.nightly.figures.origins import AT
+from barchain.nightly.figures.package_origins import AT
 from barchain.nightly.gate.judging import judged_gate
 from barchain.nightly.gate.measuring import Build, compared_in_parts, night_of, timed_scenes, times_in_turns
 from barchain.runs.environment import scratch_folder

@@ -16,9 +16,9 @@ from barchain.nightly.attribution import releases
 from barchain.nightly.attribution.attribute import attribute, reasons_against, worth_attributing
 from barchain.nightly.attribution.bisection import bisect_nights
 from barchain.nightly.attribution.trials import own_scenes
-from barchain.nightly.figures import origins
+from barchain.nightly.figures import package_origins
 from barchain.nightly.figures.figure import Figure, NightPart
-from barchain.nightly.figures.origins import installed_state, requirement_of, state_words, states_between
+from barchain.nightly.figures.package_origins import installed_state, requirement_of, state_words, states_between
 from barchain.nightly.figures.results import read_figures_of
 from barchain.nightly.history.judging import judge
 from barchain.nightly.history.nights import open_store
@@ -66,7 +66,7 @@ ABOUT = "Metadata-Version: 2.1\nName: mine-engine\nVersion: 0.1.0\n"
 def nothing_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Environments of the test's own, and no folder of wheels from before."""
     monkeypatch.setenv(VARIABLE, str(tmp_path / "environments"))
-    origins.wheel_folders.cache_clear()
+    package_origins.wheel_folders.cache_clear()
 
 
 def git(folder: Path, *words: str) -> str:
