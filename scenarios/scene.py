@@ -379,10 +379,23 @@ class Scene:
 
     @property
     def fastest_rate_rad_s(self) -> float:
-        """Largest of the orbital, the circular and the bars' initial rates, and of the manoeuvres' own."""
+        """Largest of the orbital, the circular, the bars' initial rates, and those of manoeuvres and end bodies."""
         turning = max(1.0, *(abs(a) for a in self.chain.rate_factor)) * self.orbital_rate_rad_s
         slews = [math.pi / turn.duration_s for p in self.effects.prescribed_rotation for turn in p.turns]
-        return max(2.0 * math.pi / self.step_period_s, turning, self.spring_rate_rad_s, *slews)
+        return max(2.0 * math.pi / self.step_period_s, turning, self.spring_rate_rad_s, self.swing_rate_rad_s, *slews)
+
+    @property
+    def swing_rate_rad_s(self) -> float:
+        """Rate at which an end body swings about its joint under the pull of the chain, rad/s; 0 without one.
+
+        As a pendulum of length l, the distance of the joint, the pull T = 3 n² M L at most, with the mass M and the
+        length L of all bars: (T l/J)^(1/2).
+        """
+        ends = [bar - 1 for bar in self.chain.bodies]
+        if not ends or self.effects.gravity is Gravity.NONE:
+            return 0.0
+        pull_N = 3.0 * (2.0 * math.pi / self.step_period_s) ** 2 * self.mass_kg * sum(self.chain.length_m)
+        return math.sqrt(max(pull_N * self.chain.length_m[j] / 2.0 / self.chain.inertia_kg_m2[j] for j in ends))
 
     @property
     def spring_rate_rad_s(self) -> float:

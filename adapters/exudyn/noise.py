@@ -223,7 +223,9 @@ def start_transient(force_N: float, rate_rad_s: float, step_s: float, method: Me
 def tree_noise(scene: Scene) -> float:
     """Error of the reactions from a tree's accelerations, N.
 
-    The accelerations come from a dense mass matrix in joint coordinates, whose condition number grows at least as N³.
+    The accelerations come from a dense mass matrix in joint coordinates. Its condition number grows as the chain's
+    moment of inertia about its first end over the least one of a bar: 4 N³ for equal bars, more with a light body at
+    an end. Forces lose that many digits. Measured in 80 random chains with end bodies: up to 0.66 of what is declared.
     Its entries range from the chain's mass to its moment of inertia about the first end, in SI units. Elimination
     leaves a residual of the largest entry times the largest acceleration in every row, including the rows of forces.
     Measured: 2e-10 N relative to a rounding of 9e-10 N on effects/oblateness, 6e-10 N relative to 4e-10 N on
@@ -235,4 +237,5 @@ def tree_noise(scene: Scene) -> float:
     inertia = float(np.sum(np.array(chain.mass_kg) * centres**2 + chain.inertia_kg_m2))
     acceleration = scene.size_m * rate**2 + DISPLACED_ACCELERATION * departure(scene).acceleration_m_s2
     residual = float(np.finfo(float).eps) * ELIMINATION * inertia * acceleration
-    return residual + float(np.finfo(float).eps) * TREE_ROUNDINGS * scene.bars**3 * force
+    condition = max(scene.bars**3, inertia / (4.0 * min(chain.inertia_kg_m2)))
+    return residual + float(np.finfo(float).eps) * TREE_ROUNDINGS * condition * force

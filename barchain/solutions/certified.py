@@ -257,7 +257,9 @@ class CommittedTableCheck:
     share: dict[str, float]
     """For each quantity, the largest difference over what both error bars allow"""
     fault: str = ""
-    """Why they can't be compared; empty if they can"""
+    """Why they can't be compared, or what is wrong with a proof; empty if nothing is"""
+    proof: str = ""
+    """What was checked of a proof, in words"""
 
     @property
     def agrees(self) -> bool:
@@ -269,7 +271,7 @@ class CommittedTableCheck:
         """One line."""
         worst = max(self.share.values(), default=0.0)
         verdict = "agrees" if self.agrees else "DIFFERS"
-        return f"{self.scene}: {self.fault or f'{verdict}, by {worst:.2f} of the error bars'}"
+        return f"{self.scene}: {self.fault or f'{verdict}, by {worst:.2f} of the error bars{self.proof}'}"
 
 
 def check(scene: Scene) -> CommittedTableCheck:
@@ -286,13 +288,20 @@ def check(scene: Scene) -> CommittedTableCheck:
     again = make(scene)
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
         return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {maker(name)}")
-    fault = "" if MISSING else check_proof(scene, path) or check_digits(scene, path)
-    table = CommittedTableCheck(name, shares(kept, again), fault)
+    fault = check_proof(scene, path) or check_digits(scene, path)
+    proof = (
+        ""
+        if proof_of(path) is None
+        else f"; its proof was checked in part: {MISSING}"
+        if MISSING
+        else ", with its proof"
+    )
+    table = CommittedTableCheck(name, shares(kept, again), fault, proof)
     judge = shipped_solution(closely_sampled(scene)) if table.agrees else None
     if judge is None:
         return table
     other = check_judge(scene, judge)
-    return CommittedTableCheck(name, {k: max(table.share.get(k, 0.0), other[k]) for k in other})
+    return dataclasses.replace(table, share={k: max(table.share.get(k, 0.0), other[k]) for k in other})
 
 
 def check_digits(scene: Scene, path: Path) -> str:

@@ -4,7 +4,7 @@ The exact motion is the solution of the scene's equations for the scene's number
 t = 0 that the file has: the numbers that every engine gets. Equations and arithmetic of their own enclose it
 (:mod:`barchain.solutions.enclosure`). At every sample ``proven_q`` bounds the distance of the file's value from the
 exact one, in the norm of ``error_q``. At the chosen instants ``low_`` columns continue the numbers: value plus low
-part, to 32 digits, is within ``radius_q`` of the exact value.
+part, of at most 32 digits, is within ``radius_q`` of the exact value.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, Context
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -51,6 +52,8 @@ OTHER_BITS = 1.3
 """Precision of a check over that of the proof"""
 DIGITS = 1e-20
 """Radius over the value's size that an enclosure must reach"""
+SHRUNK = 1e6
+"""Radius at any instant over that at the end, at most: contracting motions are far below"""
 KEPT = 1e-32
 """Digits of a value and its low part"""
 START_ROUNDINGS = 4.0
@@ -90,7 +93,7 @@ class Proof:
     def words(self) -> str:
         """Radius and effort in one line."""
         effort = f"{self.bits} bits, order {self.order}, {self.steps} steps, {self.seconds:.0f} s"
-        return f"enclosed to {self.relative:.1e} of the values at the last sample ({effort})"
+        return f"enclosed to {at_most(self.relative)} of the largest values at the last sample ({effort})"
 
 
 def prove(scene: Scene, trajectory: Trajectory, *, bits: int = BITS, **options: Any) -> Proof:
@@ -282,32 +285,80 @@ def proven_words(scene: Scene) -> str:
     proof = head_of(path).get(PROOF) if path is not None else None
     if not proof:
         return ""
-    known = f"the exact motion is proven to {max(proof['relative'], KEPT):.0e} of its values"
-    return f"{known}, and the certified solution that judges lies within its error bars of it"
+    known = f"the exact motion is proven to {at_most(max(proof['relative'], KEPT))} of each quantity's largest value"
+    return f"{known}, and the certified solution lies within its error bars of it at its own instants"
+
+
+def at_most(bound: float) -> str:
+    """A bound in one digit, rounded up: ``2e-28``."""
+    return f"{float(Context(prec=1, rounding=ROUND_CEILING).create_decimal_from_float(bound)):.0e}"
+
+
+def bounds_fault(values: Trajectory, proof: Proof) -> str:
+    """Fault of the bounds of a proof beside its own values and low parts; empty if there is none.
+
+    A radius is that of a ball and of the low part's rounding. At the last instant the largest of those of balls, over
+    the quantity's largest value, is the relative radius; no earlier one is far larger.
+    """
+    low, largest = components(proof.low), sizes(values)
+    ends = []
+    for name, radius in proof.radius.items():
+        beyond = np.linalg.norm(low[name], axis=-1).max(axis=1, initial=0.0)
+        proven, rounding, size = proof.proven[name], beyond * 2.0**-52, float(largest[name].max(initial=0.0))
+        widened = (beyond + radius) * (1.0 + 2.0**-6) + float(np.finfo(np.float32).tiny)
+        if (proven < beyond - radius).any() or (proven > widened).any():
+            return f"{PROVEN}{name} is none of a value, its low part and {RADIUS}{name}"
+        if (radius > SHRUNK * proof.relative * size + 2.0 * rounding).any():
+            return f"{RADIUS}{name} is larger than that of the proof"
+        if size:
+            ends.append((radius[-1] - rounding[-1]) / size)
+    if max(ends, default=0.0) > 2.0 * proof.relative:  # the largest values may lie between these instants
+        return "the relative radius is smaller than those at the last instant"
+    return ""
 
 
 def check_proof(scene: Scene, path: Path) -> str:
     """Fault of a stored proof; empty if there is none, or no proof.
 
-    The last interval between instants is enclosed anew, with other bits and another order, from the ball at its begin.
+    Its bounds are held against values, low parts and error bars. The last interval between instants is enclosed anew,
+    with other bits and another order, from the ball at its begin; earlier ones are not.
     """
-    from flint import ctx  # noqa: PLC0415
-
-    from barchain.solutions.enclosure.run import Effort, enclose, order_for  # noqa: PLC0415  # flint
-
     stored = proof_of(path)
     if stored is None:
         return ""
     values, proof = stored
+    fault = bounds_fault(values, proof) or error_bars_fault(scene, path)
+    if fault or MISSING:
+        return fault
+    from flint import ctx  # noqa: PLC0415
+
+    from barchain.solutions.enclosure.run import Effort, enclose, order_for  # noqa: PLC0415  # flint
+    from barchain.solutions.enclosure.series import TooWideError  # noqa: PLC0415  # flint
+
     bits, (begin_s, end_s) = round(proof.bits * OTHER_BITS), values.t_s[-2:].tolist()
     ctx.prec = bits
     stored_balls = balls_of(values, proof)
-    (last,) = enclose(scene, [end_s], state_of(stored_balls, -2), Effort(bits, order_for(bits)), start_s=begin_s)
+    begin, effort = state_of(stored_balls, -2), Effort(bits, order_for(bits))
+    try:
+        (last,) = enclose(scene, [end_s], begin, effort, start_s=begin_s)
+    except TooWideError as error:
+        return f"the last interval is not enclosed again: {error}"
     again = by_quantity(last, scene.bars)
     for quantity in stored_balls.keys() - {"impulse"}:
         pairs = zip(stored_balls[quantity][-1].ravel(), again[quantity].ravel(), strict=True)
         if not all(x.overlaps(y) for x, y in pairs):
             return f"the {quantity} at {end_s:.9g} s is not in the ball of {bits} bits"
+    return ""
+
+
+def error_bars_fault(scene: Scene, path: Path) -> str:
+    """Fault of a file with a proven distance above its error bar; empty if there is none."""
+    _, frame = read_file(path)
+    rows = frame[frame[f"{PROVEN}attitude"].notna()]
+    try:
+        need_contained(scene.name, rows["t_s"].to_numpy(), columns_of(rows, PROVEN), columns_of(rows, ERROR))
+    except ExcludedError as error:
+        return str(error).removeprefix(f"{scene.name}: ")
     return ""
 
 

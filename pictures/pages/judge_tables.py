@@ -8,7 +8,7 @@ import numpy as np
 
 from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
 from barchain.solutions.certified_file import ERROR, columns_of, read_file, shipped_path, shipped_solution
-from barchain.solutions.proof import PROVEN, proof_of
+from barchain.solutions.proof import PROVEN, at_most, proof_of
 from barchain.solutions.reference import closely_sampled
 from pictures.pages.words import table
 from reports.results.comparison import LINEAR_GROWTH
@@ -64,7 +64,7 @@ def solution_row(name: str, found: ReferenceSolution) -> tuple[str, ...]:
 def enclosed_solutions() -> str:
     """Proofs that come with barchain, by scene."""
     head = (
-        "scene", "bars:", "bits:", "order:", "steps:", "time, s:", "radius over the value at the end:",
+        "scene", "bars:", "bits:", "order:", "steps:", "time, s:", "radius at the end over the largest value:",
         "largest proven distance over the error bar:",
     )  # fmt: skip
     known = [(name, proof_of(path)) for name in scene_names() if (path := shipped_path(name)).is_file()]
@@ -77,7 +77,7 @@ def proof_row(name: str, proof: Proof) -> tuple[str, ...]:
     proven, error = columns_of(frame, PROVEN), columns_of(frame, ERROR)
     share = max(float(np.nanmax(proven[q] / np.where(error[q], error[q], np.nan))) for q in error if error[q].any())
     effort = (load_scene(name).bars, proof.bits, proof.order, proof.steps, round(proof.seconds))
-    return name, *map(str, effort), f"{proof.relative:.0e}", f"{share:.2f}"
+    return name, *map(str, effort), at_most(proof.relative), f"{share:.2f}"
 
 
 TABLES: dict[str, Callable[[], str]] = {

@@ -119,6 +119,41 @@ def test_an_error_of_1e_25_in_a_file_is_told(tmp_path):
     assert "attitude" in check_proof(load_scene(QUICK), tmp_path / "planted.parquet")
 
 
+@pytest.mark.parametrize(
+    ("column", "row", "factor"),
+    [
+        ("radius_attitude", -1, 1e9),
+        ("radius_attitude", -6, 1e12),
+        ("proven_attitude", -3, 0.01),
+        ("proven_rate", 3, 1e3),
+    ],
+)
+def test_a_bound_that_was_changed_in_a_file_is_told(column, row, factor, tmp_path):
+    head, frame = read_file(shipped_path(QUICK))
+    frame.loc[frame.index[row], column] *= factor
+    write_frame(tmp_path / "planted.parquet", head, frame)
+    assert check_proof(load_scene(QUICK), tmp_path / "planted.parquet")
+
+
+def test_another_relative_radius_in_a_file_is_told(tmp_path):
+    head, frame = read_file(shipped_path(QUICK))
+    head["proof"]["relative"] *= 1e-20
+    write_frame(tmp_path / "planted.parquet", head, frame)
+    assert check_proof(load_scene(QUICK), tmp_path / "planted.parquet")
+
+
+def test_a_chain_at_rest_is_exact_at_the_start():
+    scene = load_scene("published/pendulum")
+    start = start_balls(scene)
+    (first, _) = enclosed(scene, [0.0, 0.1], start)
+    assert [x.mid() for x in first.state] == [x.mid() for x in start]
+    assert all(x.rad() == 0 for x in first.state[2:4])
+
+
+def test_a_bound_is_rounded_up():
+    assert proof_module.at_most(1.37e-28) == "2e-28"
+
+
 def test_an_error_of_ten_roundings_in_a_certified_value_is_excluded(tmp_path):
     head, frame = read_file(shipped_path(QUICK))
     frame.loc[3, "rate_1_rad_s"] *= 1.0 + 10.0 * 2.0**-53

@@ -109,6 +109,10 @@ def enclose(
     state, joints = list(start), scene.bars - 1
     impulse = [arb(0)] * (2 * joints)
     left = [float(t) for t in times_s]
+    if left[0] == start_s:  # no step's remainder is in it: of a chain at rest nothing is off
+        equations = Equations(scene, 0.5 * (marks[0] + marks[1]), gradient_sign=gradient_sign)
+        set_faces(scene, equations, start_s, state)
+        yield seen(equations, left.pop(0), state, impulse)
     for begin, end in itertools.pairwise(marks):
         ctx.prec = effort.bits
         equations = Equations(scene, 0.5 * (begin + end), gradient_sign=gradient_sign)
@@ -130,13 +134,17 @@ def enclose(
                 raise NotEnclosedError(f"{scene.name}: {error}, near {now:.6g} s") from None
             while left and left[0] <= path.end_s:
                 t_s = left.pop(0)
-                row = path.at(t_s)
-                seen = equations.motion(Balls(), State.of(number(t_s), row), reactions=True)
-                yield Enclosed(t_s, row, list(itertools.chain(*seen.reaction)), list(seen.torque), list(impulse))
+                yield seen(equations, t_s, path.at(t_s), impulse)
             now, state, (centre, spread) = path.end_s, path.at(path.end_s), path.end()
             effort.steps += 1
             if told is not None:
                 told(now, max((x.rad() for x in state[4 : 4 + scene.bars]), key=float))
+
+
+def seen(equations: Equations, t_s: float, state: list[arb], impulse: list[arb]) -> Enclosed:
+    """A state with what follows from it."""
+    motion = equations.motion(Balls(), State.of(number(t_s), state), reactions=True)
+    return Enclosed(t_s, state, list(itertools.chain(*motion.reaction)), list(motion.torque), list(impulse))
 
 
 def set_faces(scene: Scene, equations: Equations, begin_s: float, state: list[arb]) -> None:
