@@ -194,8 +194,8 @@ def validate(files: tuple[str, ...]) -> None:
 
     The line names the file, the key, the given value, the allowed values and the nearest name.
     A valid scene has lines on its orbit and on its start in numbers. A lowest height below 80 km is a warning.
-    A prescribed bar whose law starts at another rate than its rate_factor gives is a note, and so are a torque in a
-    joint that a law drives, and sunlight that no planet has.
+    A prescribed bar whose law starts at another rate than its rate_factor gives is a note, and so are a law of no
+    amplitude that begins late, a torque in a joint that a law drives, and sunlight that no planet has.
     A line proposes another duration and number of samples where engines reject a scene for its instants alone.
     A scene whose run would take longer than is allowed is a fault, and the line says what allows more.
     Exits with 2 if a file has a fault.
@@ -218,13 +218,15 @@ def valid(file: str) -> bool:
     except SceneError as error:
         say(str(error), err=True)
         return False
-    orbits = scene.run.duration_s / scene.period_s
-    say(f"{file}: valid: {scene.bars} bars, {orbits:.3g} orbits, {scene.run.samples} samples")
+    length_s = scene.run.duration_s
+    length = f"{length_s / scene.period_s:.3g} orbits" if scene.bound else f"{length_s:.6g} s"
+    say(f"{file}: valid: {scene.bars} bars, {length}, {scene.run.samples} samples")
     say(f"{file}: {orbit_words(scene)}")
     for words in start_words(scene):
         say(f"{file}: {words}")
     warn_of_height(file, scene)
-    for words in (*rates_of_laws(scene), *torques_in_driven_joints(scene), *light_of_no_planet(scene)):
+    notes = (held_all_along, rates_of_laws, torques_in_driven_joints, light_of_no_planet)
+    for words in (words for note in notes for words in note(scene)):
         say(f"{file}: note: {words}")
     if estimated_run_s(scene) > TOLD_S:
         say(f"{file}: {work_words(scene)}")
@@ -267,6 +269,16 @@ def start_words(scene: Scene) -> Iterable[str]:
         yield f"{name}: {math.degrees(angle):.9g}° from the z1 axis, {rate:.9g} rad/s"
     if scene.bars > FEW:
         yield f"{scene.bars - FEW} more bars"
+
+
+def held_all_along(scene: Scene) -> Iterable[str]:
+    """Sentence on each law without amplitude from a later instant on: a law holds before it begins, too."""
+    for law in scene.effects.prescribed_rotation:
+        if law.turns[0].start_s > 0.0 and not any(turn.amplitude_rad for turn in law.turns):
+            yield (
+                f"bar {law.bar} is prescribed with an amplitude of 0 from {law.turns[0].start_s:g} s on: its angle is "
+                "held from the start to the end of the run; a lock between two instants takes runs that go on"
+            )
 
 
 def rates_of_laws(scene: Scene) -> Iterable[str]:

@@ -18,7 +18,7 @@ from barchain.cli.common.options import SETTING, settings_by_engine, shipped_sce
 from barchain.cli.common.progress import choose_verbosity, counted, verdicts_shown
 from barchain.cli.main import cli, run
 from barchain.solutions import certified_file
-from scenarios import load_scene, scene_names
+from scenarios import change_scene, load_scene, scene_names
 from scenarios.toml.writing import scene_toml
 
 if TYPE_CHECKING:
@@ -282,3 +282,23 @@ def test_a_torque_in_a_joint_that_a_law_drives_is_noted(
     file.write_text(f"{slew}\n[[effects.joint_torque]]\njoint = {joint}\ntorque_N_m = 0.1\n")
     assert run(["validate", str(file)]) == 0
     assert (f"note: a prescribed rotation drives joint {joint}: " in capsys.readouterr().out) is noted
+
+
+@pytest.mark.parametrize(("start_s", "noted"), [(20.0, True), (0.0, False)])
+def test_a_law_of_no_amplitude_that_begins_late_is_noted_as_holding_from_the_start(
+    start_s: float, noted: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "lock.toml"
+    lock = {"bar": 2, "frame": "previous_bar", "amplitude_deg": 0.0, "duration_s": 30.0, "start_s": start_s}
+    scene = change_scene(
+        load_scene("basics/two_bars_free"),
+        {"chain": {"rate_factor": 1.0}, "effects": {"prescribed_rotation": [lock]}},
+    )
+    file.write_text(scene_toml(scene))
+    assert run(["validate", str(file)]) == 0
+    assert ("held from the start to the end of the run" in capsys.readouterr().out) is noted
+
+
+def test_the_length_of_a_scene_without_an_orbit_is_told_in_seconds(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["validate", "basics/two_bars_free"]) == 0
+    assert "2 bars, 2000 s, " in capsys.readouterr().out
