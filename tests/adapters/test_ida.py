@@ -102,6 +102,7 @@ def test_joints_drift_at_index_1_and_2_and_stay_closed_with_constraints_of_posit
     assert gap[IdaIndex3] < 1e-7
 
 
+@pytest.mark.slow
 def test_with_rates_in_the_error_test_index_3_does_not_get_through(monkeypatch):
     own = RedundantChain.__init__
 

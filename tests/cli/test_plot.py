@@ -129,6 +129,7 @@ def test_a_file_and_a_scene_lie_over_each_other_in_common_minutes(table: Path, t
     assert {"run.csv", "time, minutes", "attitude, rad, bar 2"} <= set(shown)
 
 
+@pytest.mark.slow
 def test_an_animation_has_frames_that_differ(table: Path, tmp_path: Path) -> None:
     few, out = tmp_path / "few.csv", tmp_path / "run.gif"
     pd.read_csv(table).iloc[:30].to_csv(few, index=False)

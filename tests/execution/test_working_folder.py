@@ -58,6 +58,7 @@ assert barchain.compare(["basics/two_bars_free"], engines=["pymunk"]).passed
     assert not (folder / "ran").exists()
 
 
+@pytest.mark.slow
 def test_a_program_of_the_working_folder_runs_only_where_it_is_named(folder: Path) -> None:
     assert "mine" in engines()
     assert programs_here() == ["mine"]

@@ -100,6 +100,7 @@ def test_a_library_with_another_layout_or_order_of_effects_is_not_used(monkeypat
     assert "effect 0 is drag there, thrust here" in str(refused.value)
 
 
+@pytest.mark.slow
 def test_an_edited_source_is_compiled_when_it_is_next_used(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "reference_impl", tmp_path / "reference_impl")
     gravity = tmp_path / "reference_impl" / "kernel" / "c" / "chain" / "gravity.h"

@@ -51,6 +51,7 @@ def test_a_right_file_of_a_scene_of_early_limits_passes_from_its_own_states_and_
     assert part.advice == ["it agrees at rtol=1e-12 as far as it can be judged"]
 
 
+@pytest.mark.slow
 def test_numbers_that_were_rounded_before_they_were_written_in_full_are_told_as_that(right, judged):
     """6728000.0 has eight digits, of which six count; reversed reactions are wrong all the same."""
     rounded = right.iloc[:41].map(lambda value: float(f"{value:.6g}"))

@@ -77,6 +77,7 @@ def test_two_files_whose_invariants_drift_alike_by_chance_pass_as_their_states_d
     assert not verdict_alone(lost, finer=lost.assign(angle_1_rad=lost.angle_1_rad + 1e-9)).passed
 
 
+@pytest.mark.slow
 def test_what_is_right_in_a_wrong_file_is_not_told_as_wrong(right, verdict_alone):
     found = verdict_alone(right.assign(angle_1_rad=right.angle_1_rad + 1e-3 * (right.t_s > 1500.0)))
     assert not found.passed
@@ -84,6 +85,7 @@ def test_what_is_right_in_a_wrong_file_is_not_told_as_wrong(right, verdict_alone
     assert not any(reason.startswith(("rate", "reaction")) for reason in found.reasons)
 
 
+@pytest.mark.slow
 def test_another_start_of_a_file_that_fails_is_told(right, judged, verdict_alone):
     wrong = right.assign(angle_1_rad=right.angle_1_rad + 1e-2 * np.cos(right.t_s / 70.0))
     for found in judged(wrong, Declared(rtol=1e-9)), verdict_alone(wrong):
@@ -224,6 +226,7 @@ def test_a_right_file_at_uneven_instants_passes(judged, seed):
     assert found.passed, found.reasons
 
 
+@pytest.mark.slow
 def test_a_coarse_column_hides_no_error_of_the_columns_beside_it(right, judged):
     few = right[["t_s", "angle_1_rad", "angle_2_rad"]].assign(angle_2_rad=right.angle_2_rad.round(1))
     found = judged(few)

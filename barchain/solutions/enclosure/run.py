@@ -109,7 +109,7 @@ def enclose(
     state, joints = list(start), scene.bars - 1
     impulse = [arb(0)] * (2 * joints)
     left = [float(t) for t in times_s]
-    if left[0] == start_s:  # no step's remainder is in it: of a chain at rest nothing is off
+    while left and left[0] == start_s:  # no step's remainder is in it: of a chain at rest nothing is off
         equations = Equations(scene, 0.5 * (marks[0] + marks[1]), gradient_sign=gradient_sign)
         set_faces(scene, equations, start_s, state)
         yield seen(equations, left.pop(0), state, impulse)

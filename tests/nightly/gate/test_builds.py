@@ -48,6 +48,7 @@ def test_what_is_no_build_is_told_with_what_is_allowed(spec: str) -> None:
         build_of(spec, "pymunk")
 
 
+@pytest.mark.slow
 def test_one_build_beside_itself_opens_the_gate(quick: None, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["-q", "gate", "reference-fast", SCENE, "--base", sys.executable, "--head", sys.executable]) == 0
     said = capsys.readouterr().out
