@@ -199,7 +199,8 @@ def table_of(
     later = [row for _, row in rows[len(rows) // 2 :]]
     width = Counter(map(len, later)).most_common(1)[0][0]
     typical = [row for row in later if len(row) == width]
-    while width > 1 and not any(row[width - 1].strip() for row in typical):  # separators at the ends of rows
+    full = [row for _, row in rows if len(row) == width]  # its header too: a column with a name is one
+    while width > 1 and not any(row[width - 1].strip() for row in full):  # separators at the ends of rows
         width -= 1
     filled = max(typical[-5:], key=lambda row: sum(map(is_number, row)))
     numeric = [c for c in range(width) if is_number(filled[c])]

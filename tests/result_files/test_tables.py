@@ -184,6 +184,13 @@ REFUSED = {
         r"line 4 \(row 3\): angle_1 is no finite number"
     ),
     "a blank": (table(rows=[*ROWS[:2], ["20", "", "1.0"]]), r"line 4 \(row 3\): angle_1 is no finite number"),
+    "columns at the end that are empty from a row on": (
+        table(rows=[ROWS[0], *([row[0], "", ""] for row in ROWS[1:])]),
+        r"line 3 \(row 2\): angle_1 is no finite number"
+    ),
+    "columns at the end that are named and empty": (
+        table(rows=[[*row[:2], ""] for row in ROWS]), r"line 2 \(row 1\): angle_2 is no finite number"
+    ),
     "a row that is cut": (table() + "40,1.0\n", "line 6 has 2 values for 3 columns"),
     "times that fall": (table(rows=[*ROWS, ROWS[1]]), r"line 6 \(row 5\): the times do not rise"),
     "times of few digits": (
