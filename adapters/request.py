@@ -171,7 +171,7 @@ def run_request(scene: Scene, setting: Setting) -> dict[str, Any]:
         bars=scene.bars,
         start=Start(
             com_m=state.com_m.tolist(),
-            com_velocity_m_s=state.com_velocity_m_s.tolist(),
+            com_velocity_m_s=(state.com_velocity_m_s + 0.0).tolist(),  # -0.0 is 0.0
             angle_rad=state.angle_rad.tolist(),
             rate_rad_s=state.rate_rad_s.tolist(),
         ),

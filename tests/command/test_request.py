@@ -33,6 +33,11 @@ def test_start_samples_and_laws_are_those_of_the_scene(name):
     assert set(asked["laws"]) == set(asked["scene"]["effects"])
 
 
+def test_a_velocity_of_zero_has_no_sign():
+    start = run_request(load_scene("basics/two_bars_free"), RTOL)["start"]
+    assert str(start["com_velocity_m_s"][0]) == "0.0"
+
+
 def test_an_equal_step_fills_the_time_between_samples():
     scene = load_scene("paper/fig05")
     step = run_request(scene, STEPS)["setting"]["step_s"]
