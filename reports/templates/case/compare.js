@@ -1,14 +1,17 @@
 "use strict";
 const data = JSON.parse(document.getElementById("case").textContent);
 const times = data.columns.t_s, end = times[times.length - 1];
+const POINT = "Write numbers with a decimal point.";
 const SAME_INSTANT = 1e-9 * end; // s: rounding to ten digits
 let given = null; // rows of the table, with the row of the case that each belongs to
 
 const byId = id => document.getElementById(id);
-const number = v => !isFinite(v) ? "not a number" : v === 0 || (v >= 1e-3 && v < 1e5) ? String(+v.toPrecision(3)) : v.toExponential(2).replace("e-", "e−").replace("e+", "e");
+const number = v => v === 0 || (v >= 1e-3 && v < 1e5) ? String(+v.toPrecision(3)) : v.toExponential(2).replace("e-", "e−").replace("e+", "e");
 const instant = t => `${+t.toPrecision(6)} s`;
+const value = cell => cell === undefined || cell === "" ? NaN : Number(cell);
+const shown = cell => cell ? `“${cell}”` : "empty";
 
-// A table as {names, rows}: columns separated by comma, semicolon or tab; empty cells are undefined.
+// A table as {names, rows} of texts: columns separated by comma, semicolon or tab.
 function readTable(text) {
   const lines = text.replace(/^\uFEFF/, "").split(/\r?\n/).filter(line => line.trim() && !line.startsWith("#"));
   if (!lines.length) throw new Error("The file is empty.");
@@ -16,29 +19,49 @@ function readTable(text) {
   const cells = line => line.split(mark).map(cell => cell.trim().replace(/^"(.*)"$/, "$1"));
   const names = cells(lines[0]);
   if (!names.includes("t_s")) throw new Error("The first row names no column t_s, the instants in seconds.");
-  const rows = lines.slice(1).map(line => cells(line).map(cell => cell === "" ? undefined : Number(cell)));
+  const rows = lines.slice(1).map(cells);
+  const wide = rows.findIndex(row => row.slice(names.length).some(cell => cell));
+  if (wide >= 0) throw new Error(`Row ${wide + 1} has ${rows[wide].length} cells for ${names.length} names.${mark === "," ? ` ${POINT}` : ""}`);
   return {names, rows};
 }
 
-// Rows of a table at instants of the case, and what is to be said of the rest.
+// Notes of the cells that are no finite numbers, one for all columns of which the same is to be said.
+function gaps(known, names, rows) {
+  const said = new Map();
+  for (const name of known) {
+    const column = names.indexOf(name), found = rows.filter(({row}) => !isFinite(value(row[column])));
+    if (!found.length) continue;
+    const words = `no number in ${found.length} row${found.length > 1 ? "s" : ""}, the first at ${instant(times[found[0].k])}: ${shown(found[0].row[column])}`;
+    said.set(words, [...said.get(words) || [], name]);
+  }
+  return [...said].map(([words, columns]) => `${columns.join(", ")}: ${words}.`);
+}
+
+// Rows of a table at instants of the case, in the order of time, and what is to be said of the rest.
 function matched(table) {
   const at = table.names.indexOf("t_s"), rows = [], notes = [];
   const known = table.names.filter(name => name in data.columns && name !== "t_s");
   if (!known.length) throw new Error("No column is named as those of the case are; the list below has their names.");
+  const untimed = table.rows.findIndex(row => !isFinite(value(row[at])));
   for (const row of table.rows) {
-    const t = row[at];
+    const t = value(row[at]); // not-a-number is at no instant
     let low = 0, high = times.length - 1;
     while (low < high) { const mid = (low + high) >> 1; if (times[mid] < t - SAME_INSTANT) low = mid + 1; else high = mid; }
     if (Math.abs(times[low] - t) <= SAME_INSTANT) rows.push({k: low, row});
   }
+  if (!rows.length && untimed >= 0) throw new Error(`Row ${untimed + 1}: t_s is no number, but ${shown(table.rows[untimed][at])}. ${POINT}`);
   if (!rows.length) throw new Error("No row is at an instant of the case: samples.csv beside this page has them.");
   notes.push(`${rows.length} rows are at instants of the case, which has ${times.length}; the table has ${table.rows.length}.`);
+  if (untimed >= 0) notes.push(`Row ${untimed + 1} is left out, as any whose t_s is no number.`);
+  rows.sort((a, b) => a.k - b.k);
+  notes.push(...gaps(known, table.names, rows));
   const other = table.names.filter(name => !(name in data.columns));
   if (other.length) notes.push(`Not compared: ${other.join(", ")}.`);
   return {names: table.names, rows, notes};
 }
 
-// Differences of one quantity: largest over its parts at each instant; null if the table has no column of it.
+// Differences of one quantity: largest over its parts at each instant, Infinity where a cell is no finite number; null if
+// the table has no column of it.
 function differences(name, table) {
   const parts = data.quantities[name].parts
     .map(part => part.map(column => [column, table.names.indexOf(column)]).filter(([, at]) => at >= 0))
@@ -48,14 +71,13 @@ function differences(name, table) {
   for (const {k, row} of table.rows) {
     let most = -1, where = "";
     for (const part of parts) {
-      const off = part.filter(([, at]) => row[at] !== undefined).map(([column, at]) => row[at] - data.columns[column][k]);
-      if (!off.length) continue;
-      const size = Math.hypot(...off), broken = off.some(Number.isNaN);
-      if (broken || size > most) { most = broken ? Infinity : size; where = part.map(([column]) => column).join(", "); }
+      const off = part.map(([column, at]) => value(row[at]) - data.columns[column][k]);
+      const size = off.every(isFinite) ? Math.hypot(...off) : Infinity;
+      if (size > most) { most = size; where = part.map(([column]) => column).join(", "); }
     }
-    if (most >= 0) found.push({k, t: times[k], size: most, where});
+    found.push({k, t: times[k], size: most, where});
   }
-  return found.length ? found : null;
+  return found;
 }
 
 // Comparison of a table with the tube of a request, quantity by quantity.
@@ -84,17 +106,20 @@ function element(tag, text = "", attributes = {}) {
   return made;
 }
 
+const departure = left => `${instant(left.t)}${isFinite(left.size) ? "" : " (no number)"}`;
+
 function shownTable(found) {
   const table = element("table"), body = element("tbody"), head = element("tr");
-  for (const words of ["Channel", "First departure", "Largest difference", "of the tube", "of the error bar"]) head.append(element("th", words, {scope: "col"}));
+  for (const words of ["Channel", "First departure", "Largest difference", "Most, of the tube", "Most, of the error bar"]) head.append(element("th", words, {scope: "col"}));
   for (const each of found) {
     const {unit, label} = data.quantities[each.name], row = element("tr");
     row.append(element("th", label, {scope: "row"}));
     const {worst, left} = each;
-    const cell = element("td", "", {class: `w ${left ? "fail" : "pass"}`});
-    cell.append(element("span", left ? `✗ ${instant(left.t)}, ${left.where}` : "✓ none", {class: "tag"}));
-    row.append(cell, element("td", worst ? `${number(worst.size)} ${unit} at ${instant(worst.t)}` : "no row where there is a tube", {class: "w"}));
-    for (const ratio of [each.ofTube, each.ofError]) row.append(element("td", `${number(ratio)} times`, {class: "w"}));
+    const cell = element("td", "", {class: `w ${left ? "fail" : worst ? "pass" : ""}`});
+    cell.append(element("span", left ? `✗ ${departure(left)}, ${left.where}` : worst ? "✓ none" : "not compared", {class: "tag"}));
+    const largest = !worst ? "no row where there is a tube" : isFinite(worst.size) ? `${number(worst.size)} ${unit} at ${instant(worst.t)}` : `no number at ${instant(worst.t)}`;
+    row.append(cell, element("td", largest, {class: "w"}));
+    for (const ratio of [each.ofTube, each.ofError]) row.append(element("td", !worst ? "" : isFinite(ratio) ? `${number(ratio)} times` : "no number", {class: "w"}));
     body.append(row);
   }
   const first = element("thead");
@@ -126,7 +151,7 @@ function chart(each, tube) {
   };
   svg.setAttribute("viewBox", "0 0 400 236");
   svg.setAttribute("role", "img");
-  const said = each.left ? `leaves the tube at ${instant(each.left.t)}` : "stays inside the tube";
+  const said = each.left ? `leaves the tube at ${instant(each.left.t)}` : each.worst ? "stays inside the tube" : "has no tube at these rows";
   svg.setAttribute("aria-label", `${label}: difference over time, which ${said}`);
   const step = Math.ceil((high - low) / 6);
   for (let decade = low; decade <= high; decade += step) {
@@ -154,10 +179,16 @@ function show() {
   if (!given) return;
   const tube = data.tubes[byId("rtol").value], found = compared(given, tube);
   const left = found.filter(each => each.left).sort((a, b) => a.left.t - b.left.t);
+  const held = found.filter(each => each.worst), labels = held.map(each => data.quantities[each.name].label);
+  const instants = [...new Set(given.rows.map(({k}) => times[k]))], last = instants[instants.length - 1];
+  // what part of the case the table has: a short one is no pass of the whole
+  const span = `${instants[0] > times[0] ? ` from ${instant(instants[0])}` : ""}${last < end ? ` up to ${instant(last)}` : ""}`;
+  const missing = instants.length < times.length ? `; the table has ${instants.length} of ${times.length} instants` : "";
   const known = tube.until_s < end ? `; all but the centre of mass is compared up to the predictability limit: ${instant(tube.until_s)} of ${instant(end)}` : "";
   byId("verdict").textContent = (left.length
-    ? `Outside the tube of ${tube.name}: ${left.map(each => `${data.quantities[each.name].label} from ${instant(each.left.t)}`).join(", ")}`
-    : `Inside the tube of ${tube.name} in ${found.map(each => data.quantities[each.name].label).join(", ")}`) + `${known}.`;
+    ? `Outside the tube of ${tube.name}: ${left.map(each => `${data.quantities[each.name].label} from ${departure(each.left)}`).join(", ")}`
+    : held.length ? `Inside the tube of ${tube.name}${span} in ${labels.join(", ")}`
+    : `Nothing is compared: no row is where ${tube.name} has a tube`) + `${missing}${known}.`;
   byId("notes").replaceChildren(...given.notes.map(words => element("li", words)));
   const grid = element("div", "", {class: "grid"});
   grid.append(...found.map(each => chart(each, tube)));
