@@ -182,9 +182,11 @@ def diagnose(
     search = ReadingSearch(result, lambda: half_way(judging))
     given = result.given.replace(**dict.fromkeys(absent))
     lacks_start = all(np.isinf(t[0]) for t in tolerance.values())
-    own = OwnMotion(judging.scene, given, runs, first=int(lacks_start))
+    starts_right = starts_in(result, judging.scene, tolerances=1.0)
+    own = OwnMotion(judging.scene, given, runs, first=int(lacks_start), starts_right=starts_right)
     found = searched(search, own, wrong)
-    untold = own.residual is None or not own.residual.wrong or (runs is None and own.residual.clock_wrong)
+    # a file's own errors may be larger than the noise of its balance, which then tells no number to its last digits
+    untold = own.residual is None or not own.residual.wrong or runs is None
     if not found.explanations and untold:
         kept = {} if kept is None else kept
         trials = kept.setdefault("trials", TrialSearch(result))
@@ -253,10 +255,10 @@ def causes(search: ReadingSearch, own: OwnMotion) -> list[Explanation]:
     return list(combined(search, own)) or own.starts or motion
 
 
-def starts_in(result: GivenResult, scene: Scene) -> bool:
+def starts_in(result: GivenResult, scene: Scene, tolerances: float = START_TOLERANCES) -> bool:
     """Whether a result starts as a scene does, as far as its tolerances at the first sample tell."""
     return not any(
-        np.linalg.norm(off) > max(START_TOLERANCES * result.tolerance[q][0], ROUNDINGS * result.scale.get(q, 0.0))
+        np.linalg.norm(off) > max(tolerances * result.tolerance[q][0], ROUNDINGS * result.scale.get(q, 0.0))
         for q, off in off_start(result.given, initial_state(scene)).items()
         if q in result.tolerance
     )

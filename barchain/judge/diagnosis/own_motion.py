@@ -83,12 +83,15 @@ class OwnMotion:
     """An engine's own motion in a scene; each part is computed once."""
 
     def __init__(
-        self, scene: Scene, given: Trajectory, runs: OwnRuns | None, other: Trajectory | None = None, first: int = 0
-    ) -> None:
+        self, scene: Scene, given: Trajectory, runs: OwnRuns | None, other: Trajectory | None = None, first: int = 0,
+        *, starts_right: bool = False,
+    ) -> None:  # fmt: skip
         """Keep the arguments; without `runs`, the given samples have to do, and an `other` run of them shows noise.
 
-        Samples before the `first` are not the engine's: the scene's start, where a file has none.
+        Samples before the `first` are not the engine's: the scene's start, where a file has none. With `starts_right`
+        the first sample is that start, as far as its digits tell.
         """
+        self.starts_right = starts_right
         self.given_scene, self.given, self.runs, self.other, self.first = scene, given, runs, other, first
 
     @cached_property
@@ -117,7 +120,8 @@ class OwnMotion:
         every = round(float(self.given.t_s[1] - self.given.t_s[0]) / float(best.t_s[1] - best.t_s[0]))
         coarse = None if other is None else repaired(best.samples(slice(None, None, every)))
         for k, motion in enumerate(repaired(self.given)):
-            yield OwnMotion(self.given_scene, motion, None, coarse[k] if coarse else None, self.first)
+            other_run = coarse[k] if coarse else None
+            yield OwnMotion(self.given_scene, motion, None, other_run, self.first, starts_right=self.starts_right)
 
     @cached_property
     def residual(self) -> Residual | None:
@@ -156,7 +160,7 @@ class OwnMotion:
     @cached_property
     def starts(self) -> list[Explanation]:
         """Explanations by another start, from which the motion obeys the right equations."""
-        found = starts(self.given, self.given_scene)
+        found = [] if self.starts_right else starts(self.given, self.given_scene)
         if not found or self.residual is None or not self.residual.moves_right:
             return []
         return [Explanation((m,), Fit(start=Left(0.0, 0.0, 0.0))) for m in found]

@@ -37,7 +37,7 @@ class Motion:
     reaction: ComplexArray | None
     """(n, N-1) N"""
     torque: Array | None
-    """(n, P) N m"""
+    """(n, P) N m; None: unknown, where a scene prescribes rotations"""
     impulse: ComplexArray | None
     """(n, N-1) N s"""
 
@@ -145,7 +145,14 @@ class Balance:
         found[:, self.columns[BARS]] += self.shape.kinetic_slope(e.states)
         if self.motion.reaction is not None and JOINTS in self.columns:
             found[:, self.columns[JOINTS]] += real(self.motion.reaction[at])
+        if self.torques_unknown:
+            found[:, self.columns[BARS]] @= self.free_of_motors.T
         return found
+
+    @property
+    def torques_unknown(self) -> bool:
+        """Whether the scene has motors whose torques the motion lacks: only what they can't give is balanced."""
+        return self.motion.torque is None and bool(self.scene.effects.prescribed_rotation)
 
     @property
     def own_torques(self) -> Load:
@@ -177,16 +184,28 @@ class Balance:
         return self.without_motors(found)
 
     def without_motors(self, rows: Array) -> Array:
-        """Rows (n - 1, c) less what motors may give at an impulse, to hold their bars: no result has that."""
-        columns = self.columns[BARS]
-        for k, _ in self.impulses:
-            rows[k, columns] -= self.by_motors @ rows[k, columns]
+        """Rows (n - 1, c) less what motors may give: everywhere where their torques are unknown, else at an impulse.
+
+        No result has the impulse of a motor that holds its bar.
+        """
+        columns, struck = self.columns[BARS], [k for k, _ in self.impulses]
+        within = slice(None) if self.torques_unknown else struck
+        rows[within, columns] = rows[within, columns] @ self.free_of_motors.T
         return rows
 
     @cached_property
-    def by_motors(self) -> Array:
-        """Projection on the torques of the bars that motors can give, (N, N)."""
-        found: Array = self.motors @ np.linalg.pinv(self.motors)
+    def free_of_motors(self) -> Array:
+        """Sums of torques on the bars in which no motor has a part, (N, N).
+
+        Bars that motors in joints hold together have their sum in the first one's row; a motor that acts from outside
+        leaves nothing.
+        """
+        found = np.eye(self.motion.states.bars)
+        for motor in self.motors.T:
+            given = found @ motor
+            if given.any():
+                last = np.flatnonzero(given)[-1]
+                found = found - np.outer(given / given[last], found[last])
         return found
 
     @cached_property

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 def kinetic_terms(found: Candidates) -> None:
     """All terms of inertia of several bars."""
     velocity_terms(found)
-    couplings(found)
+    if not found.balance.torques_unknown:  # another mass matrix takes all torques
+        couplings(found)
     armature(found)
 
 

@@ -232,6 +232,10 @@ class Residual:
             unit, where = PLACES[name]
             if name == JOINTS and self.motion.impulse is not None:
                 where = where.replace("reactions", "reactions or impulses")
+            if name == BARS and self.balance.torques_unknown:
+                bars = np.flatnonzero(self.balance.free_of_motors[worst]) + 1
+                to = "and" if len(bars) == 2 else "to"
+                where = f"on bars {bars[0]} {to} {bars[-1]} together" if len(bars) > 1 else where
             found.append(f"{size:.2g} {unit} {where.format(worst + 1)}")
         return ", ".join(found)
 

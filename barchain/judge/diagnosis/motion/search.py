@@ -284,7 +284,7 @@ class Problem:
         """
         size = np.abs(self.value / self.noise).max(axis=1, initial=0.0)
         met = size > max(AT_NOISE, float(size.max(initial=0.0)) / GAIN)
-        struck = np.isin(np.flatnonzero(self.known)[met], [k for k, _ in balance.impulses])
+        struck = np.isin(np.flatnonzero(self.known)[met], [k for k, _ in balance.impulses]) | balance.torques_unknown
         by_motors = balance.motors.shape[1] if BARS in self.blocks else 0
         return int(np.count_nonzero(met)) * len(self.columns) - int(np.count_nonzero(struck)) * by_motors
 
