@@ -34,6 +34,7 @@ from barchain.nightly.running.budget import (
 from barchain.nightly.running.jobs import NightJob, night_jobs, plan_engines
 from barchain.nightly.running.plan import LOGS
 from barchain.nightly.running.state import (
+    CUT,
     NightState,
     add,
     alarm_test,
@@ -43,8 +44,9 @@ from barchain.nightly.running.state import (
     write_state,
 )
 from barchain.record.claim import FolderInUseError, locked
-from barchain.runs.processes import GRACE_S, run_barchain
+from barchain.runs.processes import GRACE_S, Finished, run_barchain
 from barchain.studies.study import ignore
+from reports.results.nights import STATE
 from reports.results.nights.document import NightRun, PartResult, PartState
 from scenarios import scene_names
 
@@ -54,7 +56,6 @@ if TYPE_CHECKING:
 
     from barchain.nightly.history.nights import NightStore
     from barchain.nightly.running.plan import NightPlan
-    from barchain.runs.processes import Finished
 
 
 BAD_INPUT = 2
@@ -150,7 +151,7 @@ def run_night(
                     f"going on with the night of {state.started.isoformat()}, which is not in the history yet"
                 )
                 return finish(Running(end, store, folder, progress, last), replace(state, minutes=minutes))
-            name, run = add(store, folder, state)
+            name, run = add(store, folder, with_cut_job(folder, state))
             write_state(folder, replace(state, finished=True))
             kept = "all that it did is kept" if run.complete else "what it did is kept as incomplete"
             progress.note(f"the night of {state.started.isoformat()} was interrupted; {kept}: {name}")
@@ -198,7 +199,7 @@ def finish(night: Running, state: NightState) -> NightEnd:
         said = f"{error.filename or night.folder}: {error.strerror or error}"
         raise HistoryError(f"{said}; results so far stay in {night.folder}, and the next call goes on") from error
     except KeyboardInterrupt:
-        add(night.store, night.folder, read_state(night.folder) or state)
+        add(night.store, night.folder, with_cut_job(night.folder, read_state(night.folder) or state))
         raise
     name, run = add(night.store, night.folder, state)
     write_state(night.folder, replace(state, finished=True))
@@ -219,14 +220,16 @@ def run_jobs(night: Running, state: NightState) -> NightState:
         total = len(state.jobs)
         night.progress.begin(job.name, total - len(waiting) + k + 1, total, time_s)
         if time_s < LEAST_S:
-            result = PartResult(job.part, PartState.LEFT, time_s, 0.0, job.scenes or (job.part,), "no time was left")
+            left, shown = job.scenes or (job.part,), job.shown(night.folder / job.name)
+            result = PartResult(job.part, PartState.LEFT, time_s, 0.0, left, "no time was left", command=shown)
         else:
             begun = state.begun.get(job.name)
             if begun is None:
                 tonight = state.results.get(job.name.removesuffix(MORE)) if job.name.endswith(MORE) else None
                 pace = tonight if tonight and tonight.done else last_of(job.part, night.last)
                 begun = fitting(job, running_s(time_s), pace).scenes
-            state = replace(state, begun=state.begun | {job.name: begun})
+            given_s = state.given_s | {job.name: round(time_s, 1)}
+            state = replace(state, begun=state.begun | {job.name: begun}, given_s=given_s)
             if begun != job.scenes and not job.name.endswith(MORE):
                 job, later = divided(job, begun)  # noqa: PLW2901  # what is run of it now
                 state = replace(state, jobs=(*(job if one.name == job.name else one for one in state.jobs), later))
@@ -239,6 +242,28 @@ def run_jobs(night: Running, state: NightState) -> NightState:
         write_state(night.folder, state)
         night.progress.end(result)
     return state
+
+
+def with_cut_job(folder: Path, state: NightState) -> NightState:
+    """State of a night that was cut, with what its last job did by then: nobody was there to write that down.
+
+    The state was written as the job began, and its log or its results as it last did anything.
+    """
+    cut = {}
+    for job in state.jobs:
+        if job.name not in state.begun or job.name in state.results:
+            continue
+        out, taken = folder / job.name, replace(job, scenes=state.begun[job.name])
+        places = [
+            each for each in (folder / LOGS / f"{job.name}.txt", *out.glob("*"), *out.glob("*/*")) if each.exists()
+        ]
+        last = max((each.stat().st_mtime for each in places), default=0.0)
+        given_s = state.given_s.get(job.name, 0.0)
+        used_s = min(max(last - (folder / STATE).stat().st_mtime, 0.0), given_s)
+        result = result_of(job, taken, given_s, Finished(None, used_s), out)
+        reason = CUT if result.state is PartState.LEFT else ""
+        cut[job.name] = replace(result, reason=reason, begun=result.done > 0)
+    return replace(state, results=state.results | cut)
 
 
 def divided(job: NightJob, scenes: tuple[str, ...]) -> tuple[NightJob, NightJob]:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 
 SET_ASIDE = f"{STATE}.damaged"
+CUT = "the night was interrupted"
+"""Reason of a part that was not done then"""
 LONGEST_PAUSE = datetime.timedelta(hours=20)
 """An interrupted night goes on within this time; later a new one begins"""
 NOT_PLANTED = {str(FaultOutcome.NOTHING), str(FaultOutcome.INVISIBLE)}
@@ -56,6 +58,8 @@ class NightState:
     """All jobs of the night"""
     begun: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Scenes that a job took on when it began, by name"""
+    given_s: dict[str, float] = field(default_factory=dict)
+    """Times that jobs were given when they began, by name, s"""
     results: dict[str, PartResult] = field(default_factory=dict)
     """Ends of jobs, by name"""
     finished: bool = False
@@ -141,7 +145,7 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
     """
     order = sorted(state.jobs, key=lambda job: (state.parts.index(job.part), job.name))
     readable = [folder / job.name for job in order if not results_fault(folder / job.name)]
-    run = run_of(state, [path for path in readable if path.name in state.results])
+    run = run_of(folder, state, [path for path in readable if path.name in state.results])
     night = night_here(
         readable,
         state.installation,
@@ -159,12 +163,13 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
     return night.name, run
 
 
-def run_of(state: NightState, ended: Iterable[Path]) -> NightRun:
+def run_of(folder: Path, state: NightState, ended: Iterable[Path]) -> NightRun:
     """Run of a night: its parts, each with all of its jobs, and all tests of the alarm in results of jobs as one."""
     parts: dict[str, PartResult] = {}
     for job in state.jobs:
         left = job.scenes or (job.part,)
-        not_begun = PartResult(job.part, PartState.LEFT, 0.0, 0.0, left, "the night was interrupted", begun=False)
+        command = job.shown(folder / job.name)
+        not_begun = PartResult(job.part, PartState.LEFT, 0.0, 0.0, left, CUT, command=command, begun=False)
         result = state.results.get(job.name, not_begun)
         result = replace(result, left=tuple(map(beside, result.left)))
         parts[result.name] = joined(parts[result.name], result) if result.name in parts else result

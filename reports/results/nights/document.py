@@ -292,7 +292,7 @@ class NightRun:
         """Studies and scenes that the night did not do; an empty scene where it is not known which."""
         found: set[tuple[str, str]] = set()
         for part in self.parts:
-            for word in part.command.split()[1:2] if part.state is not PartState.DONE else ():  # else it was not run
+            for word in part.command.split()[1:2] if part.state is not PartState.DONE else ():
                 known = part.state is PartState.LEFT and part.left and part.left != (part.name,)
                 scenes = map(scene_name, part.left) if known else ("",)
                 found |= {(STUDY_OF_COMMAND.get(word, word), scene) for scene in scenes}
