@@ -20,6 +20,7 @@ STATES = {
     "void": ("×", "void"),
     "incomplete": ("◐", "incomplete"),
     "changed": ("△", "changed; nothing is worse, or all that is worse is accepted"),
+    "first": ("○", "first night: nothing to compare it with"),
     "quiet": ("·", "nothing changed"),
 }
 """Sign and words of each state, the gravest first: of several nights of a day the gravest is shown"""

@@ -254,10 +254,8 @@ def with_cut_job(folder: Path, state: NightState) -> NightState:
         if job.name not in state.begun or job.name in state.results:
             continue
         out, taken = folder / job.name, replace(job, scenes=state.begun[job.name])
-        places = [
-            each for each in (folder / LOGS / f"{job.name}.txt", *out.glob("*"), *out.glob("*/*")) if each.exists()
-        ]
-        last = max((each.stat().st_mtime for each in places), default=0.0)
+        places = (folder / LOGS / f"{job.name}.txt", *out.glob("*"), *out.glob("*/*"))
+        last = max((each.stat().st_mtime for each in places if each.exists()), default=0.0)
         given_s = state.given_s.get(job.name, 0.0)
         used_s = min(max(last - (folder / STATE).stat().st_mtime, 0.0), given_s)
         result = result_of(job, taken, given_s, Finished(None, used_s), out)

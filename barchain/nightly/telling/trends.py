@@ -122,7 +122,7 @@ def calendar(nights: Sequence[NightSummary], told: Told, known: Sequence[Accepta
         changes = len(facts.tonight) if facts else 0
         state = (
             "void" if night.void else "worse" if facts and facts.worse(known) else "incomplete" if not night.complete
-            else "changed" if changes else "quiet"
+            else "changed" if changes else "first" if facts and not facts.judged else "quiet"
         )  # fmt: skip
         found.append(CalendarNight(night.name, night.started.isoformat(), state, changes))
     return tuple(found)

@@ -406,7 +406,17 @@ class NightlyFile(Entry):
             return "worse"
         if self.night.state == "incomplete":
             return "incomplete"
-        return "changed" if self.differs else "not passed" if self.rejected else "quiet"
+        if self.differs or self.rejected:
+            return "changed" if self.differs else "not passed"
+        return "quiet" if self.against.nights else "first night"
+
+    @property
+    def standing_title(self) -> str:
+        """Head above what is worse than accepted."""
+        tonight = [change for change in self.standing if change.since == self.night.name]
+        if not tonight:
+            return "Worse than accepted since earlier nights"
+        return "Worse than accepted" if len(tonight) < len(self.standing) else "Failed from the first night on"
 
     @property
     def plan_name(self) -> str:

@@ -39,5 +39,5 @@ class CalendarNight:
     date: str
     """UTC, ISO 8601"""
     state: str
-    """``worse``, ``changed``, ``quiet``, ``void``, ``incomplete``"""
+    """``worse``, ``changed``, ``first``, ``quiet``, ``void``, ``incomplete``"""
     changes: int = 0

@@ -27,7 +27,7 @@ from reports.render import render
 from reports.results.comparison import FILES
 from reports.results.nights import STATE
 from reports.results.nights.document import AlarmTest, NightlyFile, NightRun, PartResult, PartState
-from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
+from tests.nightly.history.synthetic import NAMES, PARTS, bits, count, error, night, ratio, verdict
 from tests.support.nightly import read_nightly
 from tests.support.results import write_results
 
@@ -522,6 +522,34 @@ def test_a_program_that_is_gone_is_the_one_suspect_of_its_loss_and_of_its_return
         (change,) = [one for one in facts.changes if one.kind != "count"]
         assert [one.name for one in change.suspects] == ["program:mine"]
         assert change.also >= 1
+
+
+def test_a_first_night_is_called_so_and_not_quiet(history: str, tmp_path: Path) -> None:
+    for number, (badge, sign) in enumerate([("first night", "first night: nothing to"), ("quiet", "nothing changed")]):
+        add(history, usual(number=number))
+        _, facts = report(history, tmp_path / "out")
+        assert facts.state == badge
+        page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
+        assert f"2026-01-0{number + 1}: {sign}" in page
+
+
+def test_a_crash_on_the_first_night_of_a_history_is_no_change_since_earlier_nights(
+    history: str, tmp_path: Path
+) -> None:
+    failed = Figure(
+        replace(verdict().identity, engine="mine"), word="failed", reason="ended with code 139", depends=NAMES
+    )
+    titles = []
+    for figures in ([failed], [failed, verdict("failed", reason="ended with code 1")], [failed]):
+        add(history, night(*figures, number=len(titles)))
+        report(history, tmp_path / "out")
+        page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
+        titles += re.findall(r'<h2 id="standing">(.*?)</h2>', page)
+        assert titles[-1] in (tmp_path / "out" / "summary.md").read_text("utf-8")
+        assert "only where it changed" not in page
+    assert titles == [
+        "Failed from the first night on", "Worse than accepted", "Worse than accepted since earlier nights",
+    ]  # fmt: skip
 
 
 def test_a_night_whose_verdict_is_no_pass_is_not_called_quiet(history: str, tmp_path: Path) -> None:
