@@ -6,6 +6,7 @@ import datetime
 import getpass
 import json
 import os
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import click
@@ -95,7 +96,7 @@ def accept_change(
         entry for name, own in every.items()
         for entry in acceptances.accept(store, own, user(), reason, end, name if "*" in name else "", causes)
     ]  # fmt: skip
-    say(f"{plural(len({change.identity for change in chosen}), 'figure')} accepted; {covered(chosen)}")
+    say(f"{plural(len({change.identity for change in chosen}), 'figure')} accepted{counted(chosen)}; {covered(chosen)}")
     show_some([f"accepted: {entry.words}" for entry in made], "`barchain history accepted` lists them")
     replaced = {(entry.pattern, entry.since) for entry in made}
     earlier = {one.words: one for change in chosen if (one := acceptances.accepting(change, known, now)) is not None}
@@ -110,15 +111,24 @@ def accept_change(
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible")
 
 
+def counted(chosen: Sequence[Change]) -> str:
+    """``: 3 worse, 25 better``: numbers of accepted figures by direction; empty where all are worse."""
+    directions = Counter(str(direction) for direction in {c.identity: c.direction for c in chosen}.values())
+    if set(directions) == {"worse"}:
+        return ""
+    return ": " + ", ".join(f"{directions[name]} {name}" for name in ("worse", "better", "changed") if directions[name])
+
+
 def covered(chosen: Sequence[Change]) -> str:
-    """What an acceptance covers: the largest factor, its steps and the first night."""
+    """What an acceptance covers: the largest factor of what is worse, if anything is, its steps and first night."""
     from barchain.nightly.figures.changes import results_words  # noqa: PLC0415
     from barchain.nightly.telling.sentence import amount  # noqa: PLC0415
     from reports.results.nights.document import ratio_words  # noqa: PLC0415
 
-    largest = max(chosen, key=lambda change: change.factor or 0.0)
+    worse = [change for change in chosen if change.direction == "worse"] or chosen
+    largest = max(worse, key=lambda change: change.factor or 0.0)
     what = ratio_words(largest.factor) if largest.factor else " → ".join(results_words(largest))
-    up_to = "up to " if len(chosen) > 1 and largest.factor else ""
+    up_to = "up to " if len(worse) > 1 and largest.factor else ""
     return f"covers {up_to}{what} in {amount(largest.steps, 'step')} since {largest.since}"
 
 

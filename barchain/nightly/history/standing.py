@@ -110,13 +110,13 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
         since = opened[0].night if opened else step.night
         whole, alone = ([one for one in known if one.reaches(step.night, n, names)] for n in (since, step.night))
         if whole:
-            allowed, opened, covering = step.now, [], whole[-1]
-            beside = [accepted_words(step, covering)]
-            most = allowed
+            covering = whole[-1]
+            beside = [accepted_words(step, covering)] if opened or is_above(before, step.now) else beside
+            allowed, most, opened = step.now, step.now, []
         elif alone:
             covering = alone[-1]
             allowed, most = raised(allowed, before, step.now), raised(most, before, step.now, ELSEWHERE)
-            beside.append(accepted_words(step, covering))
+            beside += [accepted_words(step, covering)] if is_above(before, step.now) else []
             opened = opened if is_above(most, step.now) else []
         elif not differs(most, step.now, Direction.WORSE):
             allowed, most = (allowed, most) if opened else (step.now, step.now)

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from junitparser import JUnitXml
 
-from barchain.cli.main import cli
+from barchain.cli.main import cli, run
 from barchain.nightly.figures.dependencies import Installation
 from barchain.nightly.figures.figure import NIGHT_FORMAT
 from barchain.nightly.history.acceptances import accept
@@ -23,7 +23,7 @@ from reports.nightly.calendar import months
 from reports.nightly.charts import small_chart
 from reports.results.nights.document import NightRun, PartResult, PartState
 from reports.results.nights.trends import CalendarNight, TrendChart
-from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, NightPart, error, identity, night, verdict
+from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, NightPart, count, error, identity, night, verdict
 from tests.support.nightly import read_nightly
 
 if TYPE_CHECKING:
@@ -198,6 +198,28 @@ def test_a_night_that_runs_now_is_no_night_that_did_not_end(store: NightStore, u
             capture_output=True, text=True, check=True,
         )  # fmt: skip
     assert ended.stderr == ""
+
+
+def test_an_acceptance_counts_what_is_worse_and_better_apart(
+    store: NightStore, url: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number, factor in enumerate((1.0, 5.0)):
+        store.add(night(error(1e-5 * factor), error(1e-2 / factor**3, "rate.max"), count(100 * factor), number=number))
+    assert run(["history", "accept", "*:mujoco:*", "--reason", "a trade", "--history", url]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith("3 figures accepted: 1 worse, 1 better, 1 changed; covers ×5 in one step since ")
+
+
+def test_an_acceptance_of_a_night_on_which_a_figure_got_better_is_no_accepted_step_of_it(
+    store: NightStore, url: str, tmp_path: Path
+) -> None:
+    for number, value in enumerate((1e-5, 9e-5, 5e-5)):
+        store.add(night(error(value), number=number))
+    accept(store, judge(store).news, "Ada", "a trade")
+    report(url, tmp_path)
+    (still,) = read_nightly(tmp_path / "nightly.json").standing
+    assert still.factor == pytest.approx(5.0)
+    assert "accepted step" not in still.reason
 
 
 def test_an_accepted_step_of_a_drift_is_called_accepted(store: NightStore, url: str, tmp_path: Path) -> None:
