@@ -368,6 +368,7 @@ def remedy(entry: Entry) -> str:
 def version_words(folder: Path, entry: Entry) -> str:
     """Version and commit of a program in words; a command that prints one is run."""
     version, commit = (stated(folder, entry, text) for text in (entry.version, entry.commit))
+    version = version.removeprefix(f"{entry.name} ")  # many programs print their name before it
     return f"{version} ({commit})" if version and commit else version or commit
 
 

@@ -11,7 +11,7 @@ from reports.nightly.charts import small_chart
 from reports.nightly.summary import by_cause
 from reports.page import surroundings, templates
 from reports.results.nights import PAGE
-from reports.results.nights.document import NOT_TRIED
+from reports.results.nights.document import NOT_TRIED, PROGRAM
 from reports.results.writing import write_atomically
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ def write_page(
         facts=facts,
         by_cause=by_cause,
         untried=any(change.confirmed_words == NOT_TRIED for change in facts.changes),
+        programs=any(s.name.startswith(PROGRAM) for change in facts.changes for s in change.suspects),
         changed=[small_chart(t, len(nights)) for t in trends if (t.scene, t.engine, t.kind) in touched],
         engines=[
             (engine, [small_chart(t, len(nights)) for t in own if t.curves], sum(t.still for t in own if not t.curves))

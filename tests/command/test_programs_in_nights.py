@@ -61,6 +61,7 @@ def state_of(folder: Path, version: str, commit: str = '""') -> NightPart:
     [
         ('"1.4"', '""', "1.4"),
         ("\"sh -c 'echo 1.5; echo more'\"", '"0123abc"', "1.5 (0123abc)"),
+        ("\"sh -c 'echo mine 1.7'\"", '""', "1.7"),
         ('"version.sh"', '""', "2.0 from a file"),
         ('"no-such-program --version"', '""', ""),
         ("\"sh -c 'exit 1'\"", '""', ""),

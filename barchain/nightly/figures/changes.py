@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.figures.figure import STEPPED, Figure, FigureIdentity, FigureKind, content_digest
 from reports.results.comparison import COMPARISON
+from reports.results.nights.document import multiple
 from reports.results.outcome import SEVERITY, Outcome
 from reports.results.selftest import FaultOutcome
 from reports.results.stability import Stability
@@ -169,7 +170,7 @@ def judge_number(was: Figure, now: Figure, earlier: str = "the earlier error") -
         return Judgement(Direction.CHANGED, said, factor)
     direction = Direction.WORSE if now.value > was.value else Direction.BETTER
     beyond = f"{off / rounding:.3g} times what rounding explains" if rounding else "beyond rounding"
-    grown = f"{factor:.4g} times {earlier}" if factor is not None else "was zero"
+    grown = f"{multiple(factor)} times {earlier}" if factor is not None else "was zero"
     return Judgement(direction, f"{grown}, a difference {beyond}" if known else grown, factor)
 
 

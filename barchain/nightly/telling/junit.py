@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
 from barchain.nightly.figures.changes import result_words
-from reports.results.nights.document import PartState
+from reports.results.nights.document import PartState, ratio_words
 from reports.results.writing import write_atomically
 from scenarios.plural import plural
 
@@ -144,7 +144,7 @@ def failure(changes: Sequence[Told]) -> Failure:
 
 def failure_words(change: ChangeEntry, relation: str, others: int = 0) -> str:
     """Change in one line, perhaps with the number of other figures that changed."""
-    factor = f" (×{change.factor:.4g}{change.steps_words})" if change.factor else ""
+    factor = f" ({ratio_words(change.factor)}{change.steps_words})" if change.factor else ""
     unmeasured = f", not measured since {change.measured}" if change.measured else ""
     more = f", and {change.also} more of this run" if change.also else ""
     beside = f" and {plural(others, 'more figure')}" if others else ""

@@ -123,7 +123,7 @@ def by_words(worse: Sequence[ChangeEntry]) -> str:
 
 
 def group_words(day: str, names: str, newest: str, worse: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
-    """``since 3 November (program:mine mine 1.1)``.
+    """``since 3 November (program:mine 1.1)``.
 
     Of several steps: ``(first mine 1.1; two steps, the latest with mine 1.2, ×1.3 tonight)``.
     """

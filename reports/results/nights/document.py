@@ -24,6 +24,8 @@ NAMED = 3
 MOST_NAME = 80
 """Characters of a name in a sentence"""
 DIGITS = 8
+LEAST_FACTOR = 1e-3
+"""Smaller factors are divisions for readers"""
 NOT_TRIED = "not tried"
 PROGRAM = "program:"
 """Beginning of the names of programs: their earlier states are not kept, and can't be tried"""
@@ -74,9 +76,18 @@ class AcceptanceEntry(Entry):
 
 
 def ratio_words(factor: float) -> str:
-    """``×1.21``; of a factor that rounds to 1 its departure: ``×(1 + 2e-9)``."""
-    shown, off = f"{factor:.4g}", factor - 1.0
+    """``×1.21``, ``×12 400``, ``÷33 000``; of a factor that rounds to 1 its departure: ``×(1 + 2e-9)``."""
+    if 0.0 < factor < LEAST_FACTOR:
+        return f"÷{multiple(1.0 / factor)}"
+    shown, off = multiple(factor), factor - 1.0
     return f"×(1 {'-' if off < 0.0 else '+'} {abs(off):.2g})" if shown == "1" and off else f"×{shown}"
+
+
+def multiple(factor: float) -> str:
+    """``1.21``, ``12 400``: four digits, and three of a number that needs groups; a huge one has a power of ten."""
+    if 1e4 <= float(f"{factor:.4g}") < 1e9:
+        return f"{float(f'{factor:.3g}'):,.0f}".replace(",", " ")
+    return f"{factor:.4g}".replace("e+", "e")
 
 
 class ChangeEntry(Entry):
@@ -177,7 +188,7 @@ class ChangeEntry(Entry):
     @property
     def confirmed_words(self) -> str:
         """Whether real runs confirm the suspects."""
-        can_be_tried = any(not suspect.name.startswith(PROGRAM) for suspect in self.suspects)
+        can_be_tried = any(not s.name.startswith(PROGRAM) and s.before and s.after for s in self.suspects)
         return self.confirmed or (NOT_TRIED if can_be_tried else "")
 
 

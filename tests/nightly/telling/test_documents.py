@@ -26,7 +26,7 @@ from barchain.nightly.history.nights import NightStore, open_store
 from reports.render import render
 from reports.results.comparison import FILES
 from reports.results.nights import STATE
-from reports.results.nights.document import AlarmTest, NightlyFile, NightRun, PartResult, PartState
+from reports.results.nights.document import AlarmTest, NightlyFile, NightRun, PartResult, PartState, ratio_words
 from tests.nightly.history.synthetic import NAMES, PARTS, bits, count, error, night, ratio, verdict
 from tests.support.nightly import read_nightly
 from tests.support.results import write_results
@@ -522,6 +522,44 @@ def test_a_program_that_is_gone_is_the_one_suspect_of_its_loss_and_of_its_return
         (change,) = [one for one in facts.changes if one.kind != "count"]
         assert [one.name for one in change.suspects] == ["program:mine"]
         assert change.also >= 1
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1.2345678, "×1.235"), (12390.0, "×12 400"), (9999.9, "×10 000"), (3e-5, "÷33 300"), (1e-4, "÷10 000"),
+        (0.25, "×0.25"), (4e-4, "÷2500"), (1e12, "×1e12"), (1.0 + 2e-9, "×(1 + 2e-09)"), (0.0, "×0"),
+    ],
+)  # fmt: skip
+def test_a_factor_is_told_in_plain_digits(factor: float, words: str) -> None:
+    assert ratio_words(factor) == words
+
+
+def test_a_large_factor_is_told_alike_on_the_page_in_the_summary_and_in_junit(history: str, tmp_path: Path) -> None:
+    for number, factor in enumerate((1.0, 1.0, 12390.0)):
+        add(history, night(error(1e-9 * factor), verdict(), number=number))
+    _, facts = report(history, tmp_path / "out")
+    assert "×12 400" in facts.sentence
+    for name in ("nightly.html", "summary.md", "junit.xml"):
+        assert "×12 400" in (tmp_path / "out" / name).read_text("utf-8")
+    assert all("12 400 times" in change.reason for change in facts.changes)
+
+
+@pytest.mark.parametrize(("other", "offered"), [(("judge", "0.7.0"), True), (None, False), (("judge", ""), False)])
+def test_the_page_offers_no_runs_of_a_program_whose_earlier_state_is_not_kept(
+    other: tuple[str, str] | None, offered: bool, history: str, tmp_path: Path
+) -> None:
+    program, depends = "program:mine", ("program:mine", "judge")
+    for number, version in enumerate(("1.6", "1.6", "1.7")):
+        judging = [NightPart("judge", "0.6.0", "dd")]
+        if number == 2 and other is not None:  # the judge differs too, or is gone
+            judging = [NightPart(*other, "ee")] if other[1] else []
+        parts = (NightPart(program, version, version), *judging)
+        add(history, night(error(1e-5 if number < 2 else 1e-3, depends=depends), number=number, parts=parts))
+    report(history, tmp_path / "out")
+    page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
+    assert ("are confirmed, or not, by" in page) is offered
+    assert ("other than of programs, whose earlier states are not kept" in page) is offered
 
 
 def test_a_first_night_is_called_so_and_not_quiet(history: str, tmp_path: Path) -> None:
