@@ -25,7 +25,7 @@ from barchain.nightly.running.state import read_state, write_state
 from barchain.runs.processes import Finished, run_barchain
 from reports.results.nights.document import NightRun, PartResult, PartState
 from tests.support.nightly import read_nightly
-from tests.support.results import read_record, record_file
+from tests.support.results import change_record, read_record, record_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -191,6 +191,7 @@ def test_a_night_that_was_interrupted_under_other_code_is_kept_and_a_new_one_beg
     from dataclasses import replace
 
     write_state(first.folder, replace(state, finished=False, code="other", results={}))
+    change_record(first.folder / "core", complete=False)
     shutil.rmtree(tmp_path / "history" / first.name)  # it was killed before the history had it
     notes: list[str] = []
     store = open_store(str(tmp_path / "history"))
