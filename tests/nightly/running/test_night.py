@@ -244,21 +244,6 @@ def test_a_scene_that_can_not_be_read_costs_itself_alone_and_the_night_ends_as_b
     assert "broken.toml" in facts.run.parts[0].missing
 
 
-@pytest.mark.exhaustive
-def test_what_did_not_fit_goes_first_on_the_next_night(
-    plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    slow = PartResult("core", PartState.DONE, 1e6, 1e6, done=1)
-    monkeypatch.setattr(running, "last_of", lambda *_: slow)
-    first = one_night(plan, tmp_path)
-    assert first.run.parts[0].left == ("basics/kepler_elliptic",)
-    assert first.run.parts[0].state is PartState.LEFT
-    monkeypatch.undo()
-    second = one_night(plan, tmp_path)
-    assert second.run.complete
-    assert sorted(p.name for p in second.folder.iterdir() if record_file(p).exists()) == ["core", "core-left"]
-
-
 def test_a_job_without_time_is_left_and_named(plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(running, "working_time_s", lambda _: 1.0)
     ended = one_night(plan, tmp_path)
