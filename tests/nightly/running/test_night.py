@@ -25,7 +25,7 @@ from barchain.nightly.running.state import read_state, write_state
 from barchain.runs.processes import Finished, run_barchain
 from reports.results.nights.document import NightRun, PartResult, PartState
 from tests.support.nightly import read_nightly
-from tests.support.results import change_record, read_record, record_file
+from tests.support.results import change_record, read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
