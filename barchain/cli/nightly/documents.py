@@ -15,6 +15,7 @@ from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 from barchain.nightly.errors import need_extra
+from reports.results.nights import STATE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -142,9 +143,12 @@ def results_site(out: Path, days: int, url: str | None) -> None:
 
 def killed_nights(store: NightStore) -> list[str]:
     """Names of nights that were begun and did not end, and are not in the history."""
-    from barchain.nightly.running.state import not_ended  # noqa: PLC0415
+    out, known = store.place.local or NIGHTS, {night.name for night in store.nights()}
+    if all(path.parent.name in known for path in out.glob(f"*/{STATE}")):
+        return []
+    from barchain.nightly.running.state import not_ended  # noqa: PLC0415  # a second, with all that runs a night
 
-    return not_ended(store.place.local or NIGHTS, {night.name for night in store.nights()})
+    return not_ended(out, known)
 
 
 def show_night(facts: NightlyFile, page: Path) -> None:
