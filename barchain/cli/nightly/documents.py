@@ -15,7 +15,6 @@ from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 from barchain.nightly.errors import need_extra
-from reports.results.nights import STATE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -143,6 +142,8 @@ def results_site(out: Path, days: int, url: str | None) -> None:
 
 def killed_nights(store: NightStore) -> list[str]:
     """Names of nights that were begun and did not end, and are not in the history."""
+    from reports.results.nights import STATE  # noqa: PLC0415
+
     out, known = store.place.local or NIGHTS, {night.name for night in store.nights()}
     if all(path.parent.name in known for path in out.glob(f"*/{STATE}")):
         return []
