@@ -74,7 +74,8 @@ def run_stability(options: Options) -> None:
     """Run the stability study by default, and again for engines that it takes only if they are named."""
     run_barchain(options.work, "stability", "--out", "stability")
     rows, scenes, record = stability_rows(options.work / "stability")
-    named = [name for name in NAMED_IN_STABILITY if not built_in()[name].missing]
+    known = built_in()
+    named = [name for name in NAMED_IN_STABILITY if not known[name].missing]
     if named:
         run_barchain(options.work, "stability", *engine_options(named), "--out", "stability-named")
         rows += stability_rows(options.work / "stability-named")[0]
@@ -90,10 +91,8 @@ def run_cost(options: Options) -> None:
     others = [name for name in installed if not any(name in run.engines for run in APART.values())]
     tables: dict[str, list[dict[str, Any]]] = {}
     for stage, run in {"cost": CostRun(tuple(others), COST_MINUTES), **apart}.items():
-        out, engines = (
-            REPORT if stage == "cost" else stage,
-            engine_options(list(dict.fromkeys([COMPILED, *run.engines]))),
-        )
+        out = REPORT if stage == "cost" else stage
+        engines = engine_options(list(dict.fromkeys([COMPILED, *run.engines])))
         run_barchain(options.work, "cost", *engines, "--minutes", str(run.minutes), "--out", out)
         found, record = cost_rows(options.work / out)
         for name, rows in found.items():

@@ -391,11 +391,15 @@ class Scene:
         As a pendulum of length l, the distance of the joint, the pull T = 3 n² M L at most, with the mass M and the
         length L of all bars: (T l/J)^(1/2).
         """
-        ends = [bar - 1 for bar in self.chain.bodies]
-        if not ends or self.effects.gravity is Gravity.NONE:
+        chain = self.chain
+        levers = [
+            (chain.right_m if bar == 1 else chain.left_m)[bar - 1] / chain.inertia_kg_m2[bar - 1]
+            for bar in chain.bodies
+        ]
+        if not levers or self.effects.gravity is Gravity.NONE:
             return 0.0
-        pull_N = 3.0 * (2.0 * math.pi / self.step_period_s) ** 2 * self.mass_kg * sum(self.chain.length_m)
-        return math.sqrt(max(pull_N * self.chain.length_m[j] / 2.0 / self.chain.inertia_kg_m2[j] for j in ends))
+        pull_N = 3.0 * (2.0 * math.pi / self.step_period_s) ** 2 * self.mass_kg * sum(chain.length_m)
+        return math.sqrt(pull_N * max(levers))
 
     @property
     def spring_rate_rad_s(self) -> float:

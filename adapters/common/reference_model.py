@@ -6,7 +6,7 @@ The effects themselves are made in `reference_effects`, which is imported only f
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -53,15 +53,14 @@ def chain_model(scene: Scene) -> ChainModel:
 
 def bar_turn(turn: Turn) -> BarTurn:
     """The reference's model of a turn."""
-    spline: tuple[float, ...] = ()
+    made = BarTurn(turn.amplitude_rad, turn.duration_s, turn.start_s)
     match turn.course:
-        case Course.PAPER | Course.QUINTIC:
-            pass
+        case Course.PAPER:
+            return made
+        case Course.QUINTIC:
+            return dataclasses.replace(made, quintic=True)
         case Course.SPLINE:
-            spline = turn.coefficients_rad
-        case _:
-            assert_never(turn.course)
-    return BarTurn(turn.amplitude_rad, turn.duration_s, turn.start_s, turn.course is Course.QUINTIC, spline)
+            return dataclasses.replace(made, spline_rad=turn.coefficients_rad)
 
 
 def prescription(p: PrescribedRotation) -> Prescription:

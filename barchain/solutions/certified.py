@@ -30,6 +30,7 @@ from barchain.solutions.certified_file import (
     SAME_INSTANT,
     CertifiedTable,
     DamagedTableError,
+    head_of,
     physics_digest,
     read_file,
     read_table,
@@ -47,7 +48,7 @@ from barchain.solutions.judging import (
     error_bar,
     establish_certified,
 )
-from barchain.solutions.proof import MISSING, check_proof, proof_of
+from barchain.solutions.proof import MISSING, PROOF, check_proof, proof_of
 from barchain.solutions.reference import closely_sampled
 
 if TYPE_CHECKING:
@@ -289,13 +290,8 @@ def check(scene: Scene) -> CommittedTableCheck:
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
         return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {maker(name)}")
     fault = check_proof(scene, path) or check_digits(scene, path)
-    proof = (
-        ""
-        if proof_of(path) is None
-        else f"; its proof was checked in part: {MISSING}"
-        if MISSING
-        else ", with its proof"
-    )
+    checked = f"; its proof was checked in part: {MISSING}" if MISSING else ", with its proof"
+    proof = checked if PROOF in head_of(path) else ""
     table = CommittedTableCheck(name, shares(kept, again), fault, proof)
     judge = shipped_solution(closely_sampled(scene)) if table.agrees else None
     if judge is None:

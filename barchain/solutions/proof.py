@@ -306,9 +306,9 @@ def bounds_fault(values: Trajectory, proof: Proof) -> str:
         beyond = np.linalg.norm(low[name], axis=-1).max(axis=1, initial=0.0)
         proven, rounding, size = proof.proven[name], beyond * 2.0**-52, float(largest[name].max(initial=0.0))
         widened = (beyond + radius) * (1.0 + 2.0**-6) + float(np.finfo(np.float32).tiny)
-        if (proven < beyond - radius).any() or (proven > widened).any():
+        if not ((beyond - radius <= proven) & (proven <= widened)).all():
             return f"{PROVEN}{name} is none of a value, its low part and {RADIUS}{name}"
-        if (radius > SHRUNK * proof.relative * size + 2.0 * rounding).any():
+        if not (radius <= SHRUNK * proof.relative * size + 2.0 * rounding).all():
             return f"{RADIUS}{name} is larger than that of the proof"
         if size:
             ends.append((radius[-1] - rounding[-1]) / size)
