@@ -11,6 +11,8 @@ import pytest
 import barchain
 from adapters.registry import ENGINES, Registration
 from barchain.cli.main import run as command
+from barchain.nightly.errors import HistoryError
+from barchain.nightly.figures.results import read_night
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.other_settings import default_engine
 from barchain.studies.study import Reporter, run_study
@@ -318,6 +320,8 @@ def test_a_sweep_goes_on_from_the_runs_that_are_there(tmp_path: Path) -> None:
     assert notes == ["kept 2 of 3 answers"]
     assert read_table(tmp_path, "sweep", "runs")["outcome"].tolist() == ["pass"] * 3
     assert read_record(tmp_path, "sweep")["complete"]
+    with pytest.raises(HistoryError, match="results of sweep, of which nights follow no figure"):
+        read_night(tmp_path)
 
 
 def page_of(folder: Path, *vary: str, engines: tuple[str, ...] = (ENGINE,), **how: Any) -> tuple[str, Any]:

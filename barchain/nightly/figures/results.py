@@ -288,7 +288,9 @@ def found_in(folder: Path) -> list[StudyFiles]:
         raise HistoryError(f"{folder}: no such folder; give one that barchain wrote results into")
     found = [files for files in STUDIES if files.has_record(folder)]
     if not found:
-        raise HistoryError(studies.no_results(folder))
+        others = [files.study for files in studies.STUDIES if files.has_record(folder)]
+        said = f"{folder}: results of {', '.join(others)}, of which nights follow no figure"
+        raise HistoryError(said if others else studies.no_results(folder))
     return found
 
 

@@ -62,15 +62,29 @@ def versions_of(figure: Figure, night: Night | NightSummary) -> str:
 
 def columns_of(content: bytes, names: Sequence[str]) -> list[list[Any]]:
     """Columns of a night's file; equal texts of a column are one object."""
+    texts = [name for name in names if name not in NUMBERS]
+    rows, found = rows_of(content, names, texts), []
+    for name in names:
+        if name in texts:
+            codes, words = coded(rows[name])
+            found.append([words[k] for k in codes.tolist()])
+        else:
+            found.append(rows[name].to_pylist())
+    return found
+
+
+def rows_of(content: bytes, names: Sequence[str], texts: Sequence[str]) -> Any:
+    """Columns of a night's file as a table of Arrow, texts as dictionaries."""
     import pyarrow.parquet as pq  # noqa: PLC0415
 
-    texts = [name for name in names if name not in NUMBERS]
-    rows = pq.ParquetFile(io.BytesIO(content), read_dictionary=texts).read(columns=list(names))
-    found = {name: rows[name].combine_chunks() for name in names}
-    for name in texts:
-        known = found[name].dictionary.to_pylist()
-        found[name] = [known[k] for k in np.from_dlpack(found[name].indices).tolist()]
-    return [found[name] if name in texts else found[name].to_pylist() for name in names]
+    return pq.ParquetFile(io.BytesIO(content), read_dictionary=texts).read(columns=list(names))
+
+
+def coded(column: Any) -> tuple[Places, list[str]]:
+    """Places of a column's texts among its different texts, and these."""
+    whole = column.combine_chunks()
+    places: Places = whole.indices.to_numpy()
+    return places, whole.dictionary.to_pylist()
 
 
 def read_figures(content: bytes, fits: Callable[[tuple[str, ...]], bool] | None = None) -> list[Figure]:
@@ -180,21 +194,28 @@ class NumberSeries:
 
 def read_numbers(nights: Iterable[tuple[NightSummary, bytes]]) -> NumberTable:
     """Numbers of some nights in their order, each with the file of its figures."""
-    import pandas as pd  # noqa: PLC0415
     import pyarrow as pa  # noqa: PLC0415
-    import pyarrow.parquet as pq  # noqa: PLC0415
 
     whole, tables, texts = [], [], [*IDENTITY, "depends"]
     for k, (night, content) in enumerate(nights):
-        own = pq.ParquetFile(io.BytesIO(content), read_dictionary=texts).read(columns=[*texts, "value"])
+        own = rows_of(content, [*texts, "value"], texts)
         tables.append(own.append_column("night", pa.array(np.full(len(own), k))))
         whole.append(night)
-    frame = pa.concat_tables(tables).to_pandas() if tables else pd.DataFrame(columns=[*texts, "value", "night"])
-    frame = frame[frame["kind"].isin(CHARTED) & frame["value"].notna()].astype({"depends": "category"})
-    groups = frame.groupby(list(IDENTITY), sort=False, observed=True).ngroup()
-    keys = frame[list(IDENTITY)].drop_duplicates()
-    at = groups.to_numpy(), frame["night"].to_numpy(int)
+    if not tables:
+        return NumberTable((), (), np.zeros((0, 0)), np.zeros((0, 0), np.int32), ())
+    rows = pa.concat_tables(tables).unify_dictionaries()
+    codes, words = {}, {}
+    for name in texts:
+        codes[name], words[name] = coded(rows[name])
+    numbers, night_of = rows["value"].to_numpy(), rows["night"].to_numpy()
+    charted = np.isin(codes["kind"], [k for k, kind in enumerate(words["kind"]) if kind in CHARTED])
+    kept = charted & ~np.isnan(numbers)
+    sizes = [len(words[name]) for name in IDENTITY]
+    keys, row = np.unique(np.ravel_multi_index([codes[name][kept] for name in IDENTITY], sizes), return_inverse=True)
     values, depends = np.full((len(keys), len(whole)), np.nan), np.zeros((len(keys), len(whole)), np.int32)
-    values[at], depends[at] = frame["value"], frame["depends"].cat.codes
-    identities = tuple(identity_of(*key) for key in keys.itertuples(index=False))
-    return NumberTable(tuple(whole), identities, values, depends, tuple(frame["depends"].cat.categories))
+    at = row, night_of[kept]
+    values[at], depends[at] = numbers[kept], codes["depends"][kept]
+    named = zip(IDENTITY, np.unravel_index(keys, sizes), strict=True)
+    columns = [[words[name][k] for k in own.tolist()] for name, own in named]
+    identities = tuple(identity_of(*key) for key in zip(*columns, strict=True))
+    return NumberTable(tuple(whole), identities, values, depends, tuple(words["depends"]))

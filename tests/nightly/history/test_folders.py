@@ -34,7 +34,6 @@ KINDS = {
     "effects": {FigureKind.RATIO, FigureKind.VALUE, FigureKind.VERDICT},
     "selftest": {FigureKind.VERDICT},
     "ensemble": {FigureKind.COUNT, FigureKind.VALUE},
-    "sweep": set(),
 }
 
 
@@ -130,7 +129,7 @@ def test_a_folder_without_results_is_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("study", exhaustive_but((n for n in SMALL if n != "comparison"), ["stability"]))
+@pytest.mark.parametrize("study", exhaustive_but((n for n in KINDS if n != "comparison"), ["stability"]))
 def test_every_study_gives_figures(study: str, tmp_path: Path) -> None:
     run(["-q", *SMALL[study].command.split(), "--out", str(tmp_path / "out")])
     night = read_night(tmp_path / "out")
