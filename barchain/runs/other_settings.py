@@ -78,11 +78,11 @@ def finer_words(scene: Scene, setting: Setting) -> str:
     step = step_s(scene, setting.value) * rate
     if step <= 1.0:
         return ""
-    finer = setting.value * step / RADIANS
+    finer = scene.step_period_s * rate / RADIANS
     unit = 10.0 ** (math.floor(math.log10(finer)) - 1)
-    by = "joint springs and dampers" if rate == scene.spring_rate_rad_s else "the scene's fastest motion"
+    by = "joint springs and dampers let" if rate == scene.spring_rate_rad_s else "the scene's fastest motion lets"
     return (
-        f"a step is {step:.3g} times as long as {by} allow ({1.0 / rate:.2g} s): "
+        f"a step is {step:.3g} times as long as {by} it be ({1.0 / rate:.2g} s): "
         f"--set steps_per_orbit={math.ceil(finer / unit) * unit:.0f} may do"
     )
 

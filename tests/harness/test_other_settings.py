@@ -76,3 +76,13 @@ def test_without_the_compiled_reference_a_run_is_that_of_numpy(monkeypatch: pyte
 def test_a_long_run_of_numpy_names_the_compiled_form() -> None:
     assert COMPILED in quicker_advice(SOFT, "reference", 33.0)
     assert quicker_advice(SOFT, "reference", 1.0) == quicker_advice(SOFT, COMPILED, 33.0) == ""
+
+
+def test_an_error_above_the_expected_one_is_told_with_steps_that_follow_the_fastest_motion() -> None:
+    found = api.compare(
+        ["effects/tether_bodies"], engines=["exudyn-tree"], settings={"exudyn-tree": {"steps_per_orbit": 71}}
+    )
+    reasons = [reason for reason in found.metrics.reason if "may do" in reason]
+    assert found.outcomes["effects/tether_bodies", "exudyn-tree"] is Outcome.EXCEEDS_BOUND
+    assert reasons
+    assert all("the scene's fastest motion lets it be" in reason for reason in reasons)

@@ -97,11 +97,15 @@ def comparison_setting(engine: Declarations, solution: ReferenceSolution | None)
     setting. Otherwise it is the coarsest setting of an engine of equal steps whose expected-error bound stays below
     :data:`WANTED_SHARE`. Where not even the default setting promises so much in a chaotic scene, it is the coarsest
     that keeps :data:`KEPT_LIMIT` of the predictability limit: each halving of the step of a second-order method buys
-    an eighth of an orbit more. The fastest turn of the whole run takes at least :data:`STEPS_PER_TURN` steps.
+    an eighth of an orbit more. The fastest turn of the whole run takes at least :data:`STEPS_PER_TURN` steps, and a swing
+    of an end body 2 π: explicit methods are unstable with fewer, and their bounds promise nothing.
     """
     default = engine.sweep.setting()
     if default.parameter is not AccuracyParameter.STEPS_PER_ORBIT or solution is None:
         return default
+    swings = solution.scene.swing_rate_rad_s * solution.scene.step_period_s
+    if default.value < swings:
+        return Setting(default.parameter, two_digits(swings))
     own = promise(engine, default, solution)
     if expected_share(own) > WANTED_SHARE:
         least_s = KEPT_LIMIT * own.limit_s
@@ -112,7 +116,7 @@ def comparison_setting(engine: Declarations, solution: ReferenceSolution | None)
         shows = (
             s for s in coarse_first(engine, default) if expected_share(promise(engine, s, solution)) <= WANTED_SHARE
         )
-    least = STEPS_PER_TURN * turns_per_orbit(solution)
+    least = max(STEPS_PER_TURN * turns_per_orbit(solution), swings)
     return next((s for s in shows if s.value >= least), default)
 
 

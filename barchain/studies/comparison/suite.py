@@ -27,7 +27,7 @@ from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
 from barchain.runs.left_out import cannot
 from barchain.runs.message import plain_text
-from barchain.runs.other_settings import setting_advice
+from barchain.runs.other_settings import finer_words, setting_advice
 from barchain.runs.run import keep_run
 from barchain.runs.tasks import expected_work, limit_of, run_task
 from barchain.solutions.certified_file import shipped_solution
@@ -263,7 +263,9 @@ class Suite:
             more = yield list(map(self.run_of, jobs))
             runs |= dict(zip((job.role for job in jobs), more, strict=True))
             found = yield from verdict_case(engine, loaded, setting, gathered(runs), solution)
-        return found
+        finer = finer_words(scene, setting)
+        told = [row | {"reason": f"{row['reason']}; {finer}"} if exceeds(row) else row for row in found.rows]
+        return dataclasses.replace(found, rows=told) if finer else found
 
     def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
         """Store a verdict and report it."""
@@ -293,6 +295,11 @@ class Suite:
                 self.keep_rows(name, engine, verdict)
             else:
                 self.settle(name, engine, verdict)
+
+
+def exceeds(row: Row) -> bool:
+    """Whether a row has an error above the expected one, as steps leave that are too long for the fastest motion."""
+    return row["outcome"] == Outcome.EXCEEDS_BOUND
 
 
 def beforehand(jobs: list[Job]) -> list[str]:
