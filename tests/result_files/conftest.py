@@ -5,7 +5,7 @@ import pytest
 from barchain import load_scene, simulate
 from barchain.judge.diagnosis.diagnose import Diagnosis
 from barchain.judge.written import Declared
-from barchain.result_files import verdict
+from barchain.result_files import accuracy, verdict
 from barchain.result_files.judging import judge_files
 
 FREE = "basics/two_bars_free"
@@ -48,7 +48,8 @@ def verdict_alone(judged, monkeypatch):
 
     def made(*given, **how):
         with monkeypatch.context() as patched:
-            patched.setattr(verdict, "diagnosis", lambda *_: Diagnosis(()))
+            for searching in (verdict, accuracy):
+                patched.setattr(searching, "diagnosis", lambda *_: Diagnosis(()))
             return judged(*given, **how)
 
     return made
