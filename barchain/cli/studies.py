@@ -30,6 +30,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.result_folder import end_study, need_writable, run_shown
 from barchain.cli.common.terminal import counts_of, literal, say, show, show_rows
+from barchain.cli.results import MOST_SHOWN, show_table
 from barchain.runs.job import TIME_LIMIT_S
 from barchain.studies.defaults import (
     BARS,
@@ -418,4 +419,6 @@ def sweep(
         raise click.UsageError(str(error)) from error
     result, rendered = run_shown(out, study, kept)
     say(f"{len(result.samples)} runs: {counts_of(result.samples['outcome'])}")
+    if len(result.samples) <= MOST_SHOWN:
+        show_table(result.samples.drop(columns=["run", "setting", "seconds"]))
     end_study(result, rendered.page)

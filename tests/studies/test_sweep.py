@@ -210,6 +210,14 @@ def test_a_wrong_variation_ends_in_one_line_before_any_run(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_command_shows_the_samples_of_few_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = "sweep basics/kepler_elliptic --vary run.samples=3,4 --measure final(altitude) --workers 1 --out"
+    assert command(["-q", *words.split(), str(tmp_path / "out")]) == 0
+    shown = capsys.readouterr().out
+    assert "run.samples" in shown
+    assert "final(altitude_m)" in shown
+
+
 @pytest.mark.parametrize(("options", "words"), [
     ("--measure largest(tensoin)", "did you mean tension?"),
     ("--measure largst(tension)", "did you mean largest?"),
@@ -263,9 +271,12 @@ def test_a_chain_of_other_numbers_of_bars_is_measured_where_it_has_the_bar() -> 
         "title": "bars", "source": "test", "orbit": {"altitude_m": 4e5}, "run": {"orbits": 0.01, "samples": 3},
         "chain": {"bars": 2, "mass_kg": 10.0, "length_m": 10.0, "angle_deg": 90.0},
     }  # fmt: skip
-    found = swept(make_scene(tables), ["chain.bars=2,3"], "final(attitude[3])")
+    found = swept(make_scene(tables), ["chain.bars=2,3"], "final(attitude[3])", "final(attitude[last])")
     assert found.passed
-    assert found.samples["final(attitude_rad[3])"].isna().tolist() == [True, False]
+    third = found.samples["final(attitude_rad[3])"]
+    assert third.isna().tolist() == [True, False]
+    assert found.samples["final(attitude_rad[last])"].notna().all()
+    assert found.samples["final(attitude_rad[last])"][1] == third[1]
     assert "gives none" in found.samples["reason"][0]
 
 

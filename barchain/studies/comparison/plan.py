@@ -97,8 +97,8 @@ def comparison_setting(engine: Declarations, solution: ReferenceSolution | None)
     setting. Otherwise it is the coarsest setting of an engine of equal steps whose expected-error bound stays below
     :data:`WANTED_SHARE`. Where not even the default setting promises so much in a chaotic scene, it is the coarsest
     that keeps :data:`KEPT_LIMIT` of the predictability limit: each halving of the step of a second-order method buys
-    an eighth of an orbit more. The fastest turn of the whole run takes at least :data:`STEPS_PER_TURN` steps, and a swing
-    of an end body 2 π: explicit methods are unstable with fewer, and their bounds promise nothing.
+    an eighth of an orbit more. The fastest turn of the whole run takes at least :data:`STEPS_PER_TURN` steps, and a
+    swing of an end body 2 π: explicit methods are unstable with fewer, and their bounds promise nothing.
     """
     default = engine.sweep.setting()
     if default.parameter is not AccuracyParameter.STEPS_PER_ORBIT or solution is None:

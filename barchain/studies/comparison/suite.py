@@ -299,7 +299,7 @@ class Suite:
 
 def exceeds(row: Row) -> bool:
     """Whether a row has an error above the expected one, as steps leave that are too long for the fastest motion."""
-    return row["outcome"] == Outcome.EXCEEDS_BOUND
+    return bool(row["outcome"] == Outcome.EXCEEDS_BOUND)
 
 
 def beforehand(jobs: list[Job]) -> list[str]:

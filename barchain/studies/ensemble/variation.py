@@ -117,7 +117,10 @@ def parse(text: str, bars: int) -> Variation:
         raise VariationError(f"--vary: {text!r} given, allowed: {FORM}")
     key, index, name, inside = found.groups()
     if key not in RANGES:
-        raise VariationError(f"--vary: {key} can't vary{nearest(key, RANGES)}; allowed: {', '.join(RANGES)}")
+        raise VariationError(
+            f"--vary: {key} can't vary{nearest(key, RANGES)}; allowed: {', '.join(RANGES)}; "
+            "barchain sweep varies any number of a scene"
+        )
     return Variation(text.strip(), key, which_bar(key, index, bars), name, parameters(text, name, inside))
 
 

@@ -30,7 +30,9 @@ OVER_TIME: dict[str, Callable[[Array], Array]] = {
 }
 """Functions of samples (n, k), one number for each of k bars or joints"""
 PERCENTILE = re.compile(r"p(\d{1,2}(?:\.\d+)?|100)")
-FORM = re.compile(r"\s*(\w+(?:\.\d+)?)\s*\(\s*(\w+)\s*(?:\[\s*(\d{1,9})\s*\])?\s*\)\s*")
+FORM = re.compile(r"\s*(\w+(?:\.\d+)?)\s*\(\s*(\w+)\s*(?:\[\s*(\d{1,9}|last)\s*\])?\s*\)\s*")
+LAST = -1
+"""Number of the last bar or joint of a run"""
 FORMS = f"{', '.join(OVER_TIME)} or p95 of a channel, a bar or joint, or a column: largest(tension), final(attitude[2])"
 USUAL = ("largest(reaction)", "largest(altitude)", "least(altitude)")
 """Measures where none is given, as far as the scene has them"""
@@ -52,13 +54,14 @@ class Measure:
     """Key of :data:`OVER_TIME`, or a percentile: ``p95``"""
     channel: Channel
     number: int = 0
-    """Of the bar or joint, from 1; 0: the worst of all"""
+    """Of the bar or joint, from 1, or :data:`LAST`; 0: the worst of all"""
     column: str = ""
     """The only column that counts, if one is named"""
 
     def __str__(self) -> str:
         """``largest(tension_N[2])``, with the unit in the channel's name as in that of a column."""
-        of = self.column or f"{self.channel.column_of()}{f'[{self.number}]' if self.number else ''}"
+        number = {0: "", LAST: "[last]"}.get(self.number, f"[{self.number}]")
+        of = self.column or f"{self.channel.column_of()}{number}"
         return f"{self.over}({of})"
 
     def of(self, columns: Mapping[str, Array]) -> float:
@@ -72,10 +75,12 @@ class Measure:
         DerivedError
             If the column, bar or joint is not among them.
         """
+        numbers = {column: (numbered_part(column) or ("", 0))[1] for column in columns}
+        number = max(numbers.values(), default=0) if self.number == LAST else self.number
         wanted = [
             values
             for column, values in columns.items()
-            if column == (self.column or column) and self.number in (0, (numbered_part(column) or ("", 0))[1])
+            if column == (self.column or column) and number in (0, numbers[column])
         ]
         if not wanted:
             raise DerivedError(f"{self}: the run gives none in this scene")
@@ -103,7 +108,7 @@ class Measure:
         part = numbered_part(self.column)
         number = part[1] if part else self.number
         allowed = f"{numbers[0]} to {numbers[-1]}"
-        return "" if number in (0, *numbers) else f"no {self.channel.of.value} {number}, allowed: {allowed}"
+        return "" if number in (0, LAST, *numbers) else f"no {self.channel.of.value} {number}, allowed: {allowed}"
 
 
 def measures_of(texts: Iterable[str], scene: Scene) -> tuple[Measure, ...]:
@@ -151,9 +156,12 @@ def parse(text: str) -> Measure:
         raise MeasureError(f"--measure {text}: no channel or column {of}{near}; `barchain explain channels` lists them")
     if number is not None:
         channel = next(iter((named or columns).values()))
-        if not named or not channel.of.numbered or not int(number):
-            raise MeasureError(f"--measure {text}: [{number}] given, allowed: the number of a bar or joint, from 1")
-        return Measure(over, channel, int(number))
+        place = LAST if number == "last" else int(number)
+        if not named or not channel.of.numbered or not place:
+            raise MeasureError(
+                f"--measure {text}: [{number}] given, allowed: the number of a bar or joint, from 1, or last"
+            )
+        return Measure(over, channel, place)
     if named:
         return Measure(over, next(iter(named.values())))
     return Measure(over, next(iter(columns.values())), column=of)
