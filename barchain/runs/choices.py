@@ -146,9 +146,11 @@ def engine_facts(registration: Registration) -> dict[str, Any]:
     """Entry of an engine in the record."""
     facts: dict[str, Any] = {
         "external": registration.external,
-        "version": registration.version,
+        "version": registration.version_words,
         "missing": registration.missing,
     }
+    if registration.entry:
+        facts["digest"] = registration.version
     try:
         loaded = declarations_of(registration)
     except Exception as error:

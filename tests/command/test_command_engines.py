@@ -25,6 +25,7 @@ from barchain.runs.job import Job, Role
 from barchain.runs.kept_answers import answer_key
 from barchain.runs.run import one_run, outside_call
 from reports.results.outcome import Outcome
+from tests.support.results import read_record
 from tests.support.slow import one_in, rows, slow_but
 
 SCENE = barchain.change_scene(barchain.load_scene("basics/two_bars_free"), {"run": {"samples": 5, "duration_s": 100.0}})
@@ -230,6 +231,7 @@ def test_a_program_with_another_numpy_runs_beside_the_engines_of_this_one(tmp_pa
     assert np.__version__ != "2.0.2"
     found = barchain.compare(["basics/two_bars_free"], ["start", "reference"], tmp_path / "out")
     assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
+    assert read_record(tmp_path / "out")["engines"]["start"]["version"] == "2.0.2"
     entry.write_text(text.replace("2.0.2", "0.0.99"))
     refused = CliRunner().invoke(cli, ["engines", "--make", "start"])
     assert refused.exit_code == 2
