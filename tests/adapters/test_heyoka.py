@@ -164,9 +164,8 @@ def test_no_step_straddles_a_break_of_a_law_and_samples_at_breaks_are_seen_once(
 @pytest.mark.exhaustive  # to compile it takes some ten seconds
 def test_a_chain_of_fifty_bars_runs():
     n = 50
-    chain = {
-        key: (value[0],) * n for key, value in vars(load_scene("paper/fig13").chain).items() if key != "angle_from"
-    }
+    one = vars(load_scene("paper/fig13").chain)
+    chain = {key: values[:1] * n for key, values in one.items() if key != "angle_from"}
     scene = varied("paper/fig13", chain=chain, run={"duration_s": 60.0, "samples": 3})
     seen, solution = (
         Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
