@@ -106,7 +106,7 @@ def accept_change(
     ]
     show_some(lines, "earlier acceptances of these figures")
     now_judged = judged if step is None else judging.judge(store, night)
-    left_open(store, now_judged, {change.identity.name for change in chosen})
+    left_open(store, now_judged, names, {change.identity.name for change in chosen})
     if left := judging.irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible")
 
@@ -132,19 +132,24 @@ def covered(chosen: Sequence[Change]) -> str:
     return f"covers {up_to}{what} in {amount(largest.steps, 'step')} since {largest.since}"
 
 
-def left_open(store: NightStore, judged: JudgedNight, names: Collection[str]) -> None:
-    """Say which of the accepted figures are still worse than accepted, and how they are accepted whole."""
+def left_open(store: NightStore, judged: JudgedNight, given: Sequence[str], names: Collection[str]) -> None:
+    """Say how many of the accepted figures are still worse than accepted, and how they are accepted whole."""
     from barchain.nightly.history import acceptances, standing  # noqa: PLC0415
     from reports.results.nights.document import ratio_words  # noqa: PLC0415
+    from scenarios.plural import plural  # noqa: PLC0415
 
-    lines = []
-    for state in standing.standing(judged, acceptances.accepted(store)):
-        change = state.change
-        if state.acceptance is None and change.identity.name in names and not change.is_step:
-            factor = f" {ratio_words(change.factor)}" if change.factor else ""
-            lines.append(f"still worse than accepted:{factor} since {change.since}, which this change is a step of; "
-                         f"`barchain history accept {change.identity.name}` accepts all of it")  # fmt: skip
-    show_some(lines, "still worse than accepted")
+    every = [state.change for state in standing.standing(judged, acceptances.accepted(store)) if not state.acceptance]
+    found = [change for change in every if change.identity.name in names and not change.is_step]
+    if not found:
+        return
+    largest, many = max(change.factor or 0.0 for change in found), len(found) > 1
+    factor = f" {'by up to ' if many else ''}{ratio_words(largest)}" if largest else ""
+    which = f" {plural(len(found), 'figure')}" if many else ""
+    steps = "these changes are steps" if many else "this change is a step"
+    patterns = " ".join(f"'{name}'" for name in given if "*" in name)
+    remedy = patterns or ("FIGURE" if many else found[0].identity.name)
+    say(f"  still worse than accepted:{which}{factor} since {min(change.since for change in found)}, which {steps} of; "
+        f"`barchain history accept {remedy}` accepts all of it")  # fmt: skip
 
 
 @click.command("accepted")
