@@ -34,7 +34,6 @@ from barchain.nightly.running.budget import (
 from barchain.nightly.running.jobs import NightJob, night_jobs, plan_engines
 from barchain.nightly.running.plan import LOGS
 from barchain.nightly.running.state import (
-    CUT,
     NightState,
     add,
     alarm_test,
@@ -47,7 +46,7 @@ from barchain.record.claim import FolderInUseError, locked
 from barchain.runs.processes import GRACE_S, Finished, run_barchain
 from barchain.studies.study import ignore
 from reports.results.nights import STATE
-from reports.results.nights.document import NightRun, PartResult, PartState
+from reports.results.nights.document import CUT, NightRun, PartResult, PartState
 from scenarios import scene_names
 
 if TYPE_CHECKING:

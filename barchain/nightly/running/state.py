@@ -14,7 +14,7 @@ from barchain.nightly.running.jobs import NightJob, beside
 from barchain.record.claim import locked
 from barchain.studies.selftest.faults.catalogue import CONTROLS
 from reports.results.nights import STATE
-from reports.results.nights.document import AlarmTest, NightRun, PartResult, PartState
+from reports.results.nights.document import CUT, AlarmTest, NightRun, PartResult, PartState
 from reports.results.reading import DamagedResultsError, form_of, formed
 from reports.results.schema import SchemaVersionError
 from reports.results.selftest import FILES, FaultOutcome
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 
 SET_ASIDE = f"{STATE}.damaged"
-CUT = "the night was interrupted"
-"""Reason of a part that was not done then"""
 LONGEST_PAUSE = datetime.timedelta(hours=20)
 """An interrupted night goes on within this time; later a new one begins"""
 NOT_PLANTED = {str(FaultOutcome.NOTHING), str(FaultOutcome.INVISIBLE)}

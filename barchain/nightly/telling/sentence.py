@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import textwrap
 from collections import Counter
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.news import AttributionVerdict
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from barchain.nightly.figures.figure import NightSummary
     from barchain.nightly.history.levels import JudgedNight
-    from reports.results.nights.document import ChangeEntry, NightlyFile, NightRun, RejectedEntry
+    from reports.results.nights.document import ChangeEntry, NightlyFile, NightRun, RejectedEntry, SuspectEntry
 
 
 SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -25,6 +26,9 @@ MOST_SUSPECTS = 3
 DIRECTIONS = {"worse": "for the worse", "better": "for the better", "changed": "neither better nor worse"}
 NOT_REPRODUCIBLE = "not reproducible: the same sources, versions and machine class gave other bits"
 NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
+NO_FIGURES = "Nothing was judged: this night has no figures."
+MOST_STANDING = 200
+"""Characters of the sentence on what is worse than accepted; beyond them it names fewer causes"""
 MOST_REASON = 120
 """Characters of a reason in the sentence; the page has all"""
 
@@ -63,11 +67,12 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     if facts.standing:
         quiet = f"Nothing is new among {many}." if unseen else "Nothing is new tonight."
     if not judged.judged:
-        quiet = NOT_JUDGED
+        quiet = NOT_JUDGED if night.figures else NO_FIGURES
     broken = "" if news or facts.standing else no_pass(facts.rejected)
     held = figures(facts.held)
     return joined(
         standing_words(facts.standing, new, night), news, unmeasured, broken, "" if news else quiet,
+        "" if baseline else not_ended(judged.compared_with),
         counted(held, "figure", "worse than before, and accepted"),
         renamed_words(judged.renamed), plan_words(judged, baseline),
     )  # fmt: skip
@@ -92,14 +97,10 @@ def standing_words(every: Sequence[ChangeEntry], new: int, night: NightSummary) 
         return f"{are(new, 'figure')} worse than accepted, all of them new tonight."
     if not standing:
         standing, new = list(every), 0
-    groups: dict[tuple[str, str, str], list[ChangeEntry]] = {}
+    groups: dict[tuple[str, str], list[ChangeEntry]] = {}
     for change in standing:
-        names, newest = (
-            ", ".join(f"{one.short} {one.after}".strip() for one in own[:MOST_SUSPECTS])
-            for own in (change.suspects, change.newest)
-        )
-        names = "from its first night on" if change.never_words else names
-        groups.setdefault((change.since[:10], names, newest), []).append(change)
+        names = "from its first night on" if change.never_words else suspect_names(change.suspects)
+        groups.setdefault((change.since[:10], names), []).append(change)
     count = figures(standing)
     unseen = figures([change for change in standing if change.measured])
     which = "not" if count == unseen == 1 else "none of them" if count == unseen else f"{amount(unseen)} of them not"
@@ -110,10 +111,19 @@ def standing_words(every: Sequence[ChangeEntry], new: int, night: NightSummary) 
     what += by_words(standing)
     if len(groups) == 1:
         return f"{what} {group_words(*next(iter(groups)), standing, night.started)}{later}."
-    shown = sorted(groups.items(), key=lambda group: -figures(group[1]))[:MOST_CAUSES]
-    words = [f"{amount(figures(own))} {group_words(*group, own, night.started)}" for group, own in shown]
-    more = count - sum(figures(own) for _, own in shown)
-    return f"{what}: {listed([*words, f'{amount(more)} since other nights'] if more else words)}{later}."
+    ordered, said = sorted(groups.items(), key=lambda group: -figures(group[1])), ""
+    for most in range(MOST_CAUSES, 0, -1):
+        words = [f"{amount(figures(own))} {group_words(*group, own, night.started)}" for group, own in ordered[:most]]
+        more = sum(figures(own) for _, own in ordered[most:])
+        said = f"{what}: {listed([*words, f'{amount(more)} more'] if more else words)}{later}."
+        if len(said) <= MOST_STANDING:
+            break
+    return said
+
+
+def suspect_names(suspects: Sequence[SuspectEntry]) -> str:
+    """``engine:mujoco 4.0.0, library:numpy 2.4.6``: the first suspects of a change, as they are now."""
+    return ", ".join(f"{one.short} {one.after}".strip() for one in suspects[:MOST_SUSPECTS])
 
 
 def by_words(worse: Sequence[ChangeEntry]) -> str:
@@ -122,19 +132,31 @@ def by_words(worse: Sequence[ChangeEntry]) -> str:
     return f" by {'up to ' if figures(worse) > 1 else ''}{ratio_words(largest)}" if largest > 1.0 else ""
 
 
-def group_words(day: str, names: str, newest: str, worse: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
+def group_words(day: str, names: str, worse: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
     """``since 3 November (program:mine 1.1)``.
 
-    Of several steps: ``(first mine 1.1; two steps, the latest with mine 1.2, ×1.3 tonight)``.
+    Of several steps: ``(first mine 1.1; two steps, the latest with mine 1.2)``, or ``(first mine 1.1; two steps, ×1.3
+    tonight)``: the sentence after this one has the cause of what is new.
     """
     date = datetime.date.fromisoformat(day)
     year = f" {date.year}" if date.year != tonight.year else ""
     steps, fresh = max(change.steps for change in worse), max(change.fresh or 0.0 for change in worse)
     if steps > 1:
         up_to = "up to " if len({change.steps for change in worse}) > 1 else ""
-        last = f"{f', the latest with {newest}' if newest else ''}{f', {ratio_words(fresh)} tonight' if fresh else ''}"
+        newest = {suspect_names(change.newest) for change in worse if change.steps > 1}
+        latest = f", the latest with {newest.pop()}" if len(newest) == 1 and newest != {""} else ""
+        last = f", {ratio_words(fresh)} tonight" if fresh else latest
         names = "; ".join(filter(None, [f"first {names}" if names else "", f"{up_to}{amount(steps)} steps{last}"]))
     return f"since {date.day} {date:%B}{year}{f' ({names})' if names else ''}"
+
+
+def not_ended(earlier: Sequence[NightSummary]) -> str:
+    """Sentence on the nights just before this one that were begun and did not end; empty without any."""
+    cut = list(takewhile(lambda night: night.run is not None and night.run.interrupted, reversed(earlier)))
+    if not cut:
+        return ""
+    before = f", nor did the {'one' if len(cut) == 2 else amount(len(cut) - 1)} before it" if len(cut) > 1 else ""
+    return f"The night of {cut[0].started.day} {cut[0].started:%B} did not end{before}."
 
 
 def without_figures(night: NightSummary | None, killed: Sequence[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Literal
@@ -27,6 +28,8 @@ DIGITS = 8
 LEAST_FACTOR = 1e-3
 """Smaller factors are divisions for readers"""
 NOT_TRIED = "not tried"
+CUT = "the night was interrupted"
+"""Reason of a part that was not done then"""
 PROGRAM = "program:"
 """Beginning of the names of programs: their earlier states are not kept, and can't be tried"""
 
@@ -299,6 +302,11 @@ class NightRun:
         return bool(self.parts) and all(part.whole for part in self.parts)
 
     @property
+    def interrupted(self) -> bool:
+        """Whether the night was ended from outside before its parts were done."""
+        return any(part.reason == CUT for part in self.parts)
+
+    @property
     def left(self) -> frozenset[tuple[str, str]]:
         """Studies and scenes that the night did not do; an empty scene where it is not known which."""
         found: set[tuple[str, str]] = set()
@@ -447,8 +455,13 @@ class NightlyFile(Entry):
 
     @property
     def listed(self) -> tuple[ChangeEntry, ...]:
-        """What is worse since earlier nights, and news; verdicts that got worse come first."""
-        return tuple(sorted((*self.standing, *self.other_news), key=lambda change: not change.worse_verdict))
+        """What is worse since earlier nights, and news: the gravest first, so that no drift hides a large new step."""
+
+        def place(change: ChangeEntry) -> tuple[bool, bool, float]:
+            worse = change.direction == "worse" and change.accepted is None
+            return not change.worse_verdict, not worse, -(change.factor or math.inf) if worse else 0.0
+
+        return tuple(sorted((*self.standing, *self.other_news), key=place))
 
     @property
     def left_out_words(self) -> str:

@@ -66,7 +66,7 @@ def test_an_earlier_night_is_told_after_the_reason_why_the_latest_one_has_no_fig
     assert told(url, earlier) == told(url)[1:]
     assert told(url, empty)[-1] == empty
     store.add(night(error(), number=3))
-    assert told(url)[0] == "Nothing changed tonight among 1 figure."
+    assert told(url)[0] == "Nothing changed tonight among 1 figure. The night of 3 January did not end."
 
 
 def test_the_reason_of_a_night_without_figures_is_no_longer_than_a_chat_shows(store: NightStore, url: str) -> None:
@@ -104,6 +104,16 @@ def test_a_new_wrong_verdict_is_told_before_figures_that_are_worse_since_earlier
     assert "(one verdict: inconsistent)" in " ".join(lines)
     found = [line for line in lines if line.startswith("worse ")]
     assert found[0].startswith("worse tonight: paper/fig05:mujoco:steps_per_orbit=1000:verdict: pass → inconsistent")
+    assert found[1].startswith("worse since 2026-01-02: ")
+
+
+def test_a_large_new_step_is_told_before_a_small_one_of_an_earlier_night(store: NightStore, url: str) -> None:
+    names = [f"rate.{k}" for k in range(5)]
+    for number, (factor, new) in enumerate(((1.0, 1.0), (2.0, 1.0), (2.0, 4.0))):
+        store.add(night(*(error(factor * 1e-5, name) for name in names), error(new * 1e-5), number=number))
+    found = [line for line in told(url) if line.startswith("worse ")]
+    assert found[0].startswith("worse tonight: ")
+    assert "(×4)" in found[0]
     assert found[1].startswith("worse since 2026-01-02: ")
 
 

@@ -12,6 +12,7 @@ from barchain.nightly.figures.changes import Change, Direction, results_words
 from barchain.nightly.figures.figure import Figure
 from barchain.nightly.telling.sentence import opening
 from reports.results.nights.document import (
+    CUT,
     AcceptanceEntry,
     ChangeEntry,
     NightRun,
@@ -40,11 +41,12 @@ def change(direction: str = "worse", suspects: tuple[SuspectEntry, ...] = (MUJOC
 def said(*changes: ChangeEntry, **more: Any) -> str:
     judged: Any = SimpleNamespace(
         night=SimpleNamespace(
-            name=more.get("night", "tonight"),
+            name=more.get("night", "tonight"), figures=more.get("figures", 900),
             void=more.get("void"), complete=more.get("complete", True),
             started=datetime.datetime(2026, 11, 29, tzinfo=datetime.UTC),
         ),
-        judged=more.get("judged", 900), compared_with=(None,) * more.get("earlier", 5), renamed=(),
+        judged=more.get("judged", 900), renamed=(),
+        compared_with=tuple(SimpleNamespace(run=None) for _ in range(more.get("earlier", 5))) + more.get("before", ()),
         replanned="replanned" in more,
     )  # fmt: skip
     judged.new, judged.left_out = more.get("replanned", (0, 0))
@@ -152,6 +154,26 @@ def test_a_night_without_a_figure_to_judge_does_not_say_that_nothing_changed() -
     assert said(judged=0, complete=False) == (
         "The night is incomplete. Nothing was judged: no figure of this night has an earlier one."
     )
+    assert said(judged=0, figures=0, complete=False) == (
+        "The night is incomplete. Nothing was judged: this night has no figures."
+    )
+
+
+def test_the_nights_just_before_that_did_not_end_are_told_after_what_is_worse_and_new() -> None:
+    def before(day: int, reason: str) -> SimpleNamespace:
+        parts = PartResult("alarm", PartState.DONE, 9.0), PartResult("core", PartState.LEFT, 9.0, reason=reason)
+        return SimpleNamespace(started=datetime.datetime(2026, 11, day, tzinfo=datetime.UTC), run=run(*parts))
+
+    late, cut = before(26, "interrupted at its limit of 9 s"), [before(day, CUT) for day in (25, 27, 28)]
+    assert said(before=(cut[0], late)) == "Nothing changed tonight among 900 figures."
+    assert said(before=(cut[0], late, cut[1])) == (
+        "Nothing changed tonight among 900 figures. The night of 27 November did not end."
+    )
+    assert said(change(), standing=since("2026-11-03"), before=(late, *cut[1:])).endswith(
+        "for the worse; since engine:mujoco 4.0.0. The night of 28 November did not end, nor did the one before it."
+    )
+    assert said(before=tuple(cut)).endswith("The night of 28 November did not end, nor did the two before it.")
+    assert "did not end" not in said(before=tuple(cut), baseline="release.json")
 
 
 def test_what_was_not_measured_is_told_with_its_reason_before_nothing_changed() -> None:
@@ -222,6 +244,23 @@ def test_a_drift_of_several_steps_says_which_cause_is_the_first_one_only() -> No
     )
     fewer = change(since="2026-11-08T02-00-00-abcdef01", factor=2.0, steps=2)
     assert "(first engine:mujoco 4.0.0; up to five steps, ×1.3 tonight)" in said(standing=[*steps, fewer])
+
+
+def test_a_drift_is_one_cause_wherever_its_figures_are_in_it_and_a_long_sentence_names_the_largest_one() -> None:
+    since_8 = {"since": "2026-11-08T02-00-00-abcdef01", "factor": 8.6}
+    both = [change(steps=5, newest=(NUMPY,), **since_8), change(**since_8)]
+    assert said(standing=both).startswith(
+        "Two figures are worse than accepted by up to ×8.6 since 8 November (first engine:mujoco 4.0.0; up to five "
+        "steps, the latest with library:numpy 2.4.6). "
+    )
+    long = SuspectEntry(name="library:a-library-of-a-long-name", before="1.0.0", after="2.0.0.post1")
+    later = [each for day in range(14, 17) for each in since(f"2026-11-{day}", suspect=long)]
+    first, _, news = said(change(), standing=[*both, *later]).partition(". One figure of 900")
+    assert first == (
+        "Five figures are worse than accepted by up to ×8.6: two since 8 November (first engine:mujoco 4.0.0; up to "
+        "five steps, the latest with library:numpy 2.4.6) and three more"
+    )
+    assert news
 
 
 def test_verdicts_that_became_worse_are_told_in_the_first_sentence() -> None:
