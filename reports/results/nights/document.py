@@ -138,17 +138,25 @@ class ChangeEntry(Entry):
     @property
     def words(self) -> str:
         """Change in one line, without its direction."""
+        return self.moved_words(" → ".join(self.results))
+
+    def moved_words(self, moved: str) -> str:
+        """Change in one line, with what it was and is in words."""
         factor = f" ({ratio_words(self.factor)}{self.steps_words})" if self.factor else ""
         more = f", and {self.also} more of this run" if self.also else ""
         unmeasured = f", not measured since {self.measured[:10]}" if self.measured else ""
-        moved = self.never_words or " → ".join(self.results)
-        return f"{self.figure}: {moved}{factor}{more}{unmeasured}"
+        return f"{self.figure}: {self.never_words or moved}{factor}{more}{unmeasured}"
 
     def dated(self, night: str) -> str:
-        """Change in one line that says since when it holds, on the page of a night."""
-        when = "tonight" if self.since == night else f"since {self.since[:10]}"
+        """Change in one line that says since when it holds, on the page of a night.
+
+        Beside an accepted step nobody measured what an error may be.
+        """
         accepted = ", accepted" if self.accepted else ""
-        return f"{self.direction} {when}{accepted}: {self.words}"
+        if self.since == night:
+            return f"{self.direction} tonight{accepted}: {self.words}"
+        words = self.moved_words("may be {}, is {}".format(*self.results)) if self.kind == "error" else self.words
+        return f"{self.direction} since {self.since[:10]}{accepted}: {words}"
 
     @property
     def steps_words(self) -> str:

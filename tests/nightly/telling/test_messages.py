@@ -143,6 +143,7 @@ def test_an_open_step_beside_an_accepted_one_is_compared_with_what_it_may_be(
     found = report(url, tmp_path)["paper/fig05"].result[0]
     assert "may be 1.2e-05 rad, is 6e-05 rad (×5) and 1 more figure since 2026-01-02" in found.message
     assert "was 2e-05" not in found.text
+    assert "attitude.max: may be 1.2e-05 rad, is 6e-05 rad (×5)" in "\n".join(told(url))
     (one, _) = read_nightly(tmp_path / "nightly.json").standing
     assert one.reason.startswith("5 times what it may be with the accepted step of 2026-01-03")
     assert "what it may be with the accepted step" in (tmp_path / "nightly.html").read_text("utf-8")
