@@ -77,7 +77,8 @@ def rows_of(content: bytes, names: Sequence[str], texts: Sequence[str]) -> Any:
     """Columns of a night's file as a table of Arrow, texts as dictionaries."""
     import pyarrow.parquet as pq  # noqa: PLC0415
 
-    return pq.ParquetFile(io.BytesIO(content), read_dictionary=texts).read(columns=list(names))
+    whole = pq.ParquetFile(io.BytesIO(content), read_dictionary=texts)
+    return whole.read(columns=list(names), use_threads=False)  # a thread of Arrow that starts late aborts at the exit
 
 
 def coded(column: Any) -> tuple[Places, list[str]]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import datetime
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,6 +41,23 @@ def test_a_night_comes_back_as_it_was_added(store: NightStore) -> None:
     assert store.add(made)
     assert store.night(made.name) == made
     assert store.night("latest") == made
+
+
+def test_reading_a_night_starts_no_pool_of_threads(store: NightStore) -> None:
+    store.add(night(error(), verdict(), count()))
+    lines = (
+        "import sys, psutil, pyarrow",
+        "from barchain.nightly.figures.table import read_figures",
+        "pyarrow.set_cpu_count(8)",
+        "before = psutil.Process().num_threads()",
+        "read_figures(open(sys.argv[1], 'rb').read())",
+        "print(psutil.Process().num_threads() - before)",
+    )
+    path = str(folder(store, store.nights()[0].name) / FIGURES)
+    ended = subprocess.run(
+        [sys.executable, "-P", "-c", "\n".join(lines), path], capture_output=True, text=True, check=True
+    )
+    assert int(ended.stdout) <= 1, "a pool has a thread for each of eight processors"
 
 
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
