@@ -122,7 +122,8 @@ def test_shipped_solutions_are_a_few_megabytes_in_all() -> None:
     assert sum(path.stat().st_size for path in set(shipped_files().values())) < MOST_BYTES
 
 
-@pytest.mark.parametrize("name", ["conform/together_1", "effects/everything", "effects/solar_shadow"])  # no proof has events
+# no proof encloses events
+@pytest.mark.parametrize("name", ["conform/together_1", "effects/everything", "effects/solar_shadow"])
 def test_what_is_written_is_read_back_bit_for_bit(name: str, tmp_path: Path) -> None:
     made, table = shipped(name), read_table(shipped_path(name))
     path = shipped_path(name, tmp_path)
