@@ -69,9 +69,11 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     if not judged.judged:
         quiet = NOT_JUDGED if night.figures else NO_FIGURES
     broken = "" if news or facts.standing else no_pass(facts.rejected)
+    better = told and not (facts.standing or new or baseline) and all(change.direction == "better" for change in told)
+    standing = "Nothing is worse than accepted." if better else standing_words(facts.standing, new, night)
     held = figures(facts.held)
     return joined(
-        standing_words(facts.standing, new, night), news, unmeasured, broken, "" if news else quiet,
+        standing, news, unmeasured, broken, "" if news else quiet,
         "" if baseline else not_ended(judged.compared_with),
         counted(held, "figure", "worse than before, and accepted"),
         renamed_words(judged.renamed), plan_words(judged, baseline),
