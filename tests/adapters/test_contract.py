@@ -38,7 +38,7 @@ def shortened(name):
 
 
 COMPILES_FOR_SECONDS = {
-    "heyoka": ("paper/fig05", "effects/everything"),
+    "heyoka": ("effects/everything",),
     "heyoka-long": ("paper/fig13",),
     "heyoka-quad": ("basics/kepler_circular",),
 }

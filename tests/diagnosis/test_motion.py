@@ -140,8 +140,8 @@ EFFECTS = (
     ("oblateness_alone", "oblateness-j2"), ("drag_alone", "drag-tangential_coefficient"),
     ("joint_springs_alone", "joint_spring_damper-rest_rad-2"), ("thrust_body", "thrust-2-direction_rad"),
     ("impulse_alone", "impulse-3-impulse_N_s"), ("prescribed_orbital", "prescribed_rotation-1-amplitude_rad"),
-    ("third_body_alone", "third_body-1-distance_m"), ("solar_pressure_alone", "solar_pressure-reflectivity"),
-    ("together_1", "mass_kg-5"), ("together_7", "thrust-1-direction_rad"),
+    ("third_body_alone", "third_body-1-distance_m"), ("together_1", "mass_kg-5"),
+    ("solar_pressure_alone", "solar_pressure-reflectivity"), ("together_7", "thrust-1-direction_rad"),
 )  # fmt: skip
 OTHERS = (
     ("three_bars_gradient", "masses-in-reversed-order"), ("three_bars_gradient", "inertia-slender"),

@@ -8,7 +8,7 @@ from tests.documents.running import BLOCK, blocks, carry_out, command, shapes
 from tests.structure.product import ROOT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
-ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/documents/test_notebook.py"}
+ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/documents/test_site.py"}
 BY_HAND = {"first_comparison", "nightly_for_your_project", "reading_roundoff", "your_own_scene"}
 """Tutorials whose commands other tests run smaller"""
 PAGES = [

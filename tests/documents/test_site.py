@@ -36,6 +36,15 @@ def test_the_site_builds_without_a_warning_and_has_every_page(site: Path) -> Non
 
 
 @pytest.mark.slow
+def test_the_notebook_of_the_site_has_run_and_shows_pictures(site: Path) -> None:
+    """Sphinx runs it from its first cell to its last; a cell that fails ends the build."""
+    text = (site / "tutorials" / "notebook.html").read_text("utf-8")
+    cells = re.findall(r'<div class="cell_output.*?(?=<div class="cell |</article>)', text, re.DOTALL)
+    assert sum("<svg" in cell for cell in cells) >= 2
+    assert any("image/png" in cell or ".png" in cell for cell in cells)
+
+
+@pytest.mark.slow
 def test_no_link_of_the_site_is_dead(site: Path) -> None:
     assert not [*dead_links(read_site(site))]
 

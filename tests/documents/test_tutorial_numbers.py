@@ -6,9 +6,10 @@ import pytest
 
 from tests.documents.running import FILE, blocks, run
 from tests.documents.snippets import PUBLISHED, TUTORIALS
+from tests.support.slow import exhaustive_but
 
 
-@pytest.mark.parametrize("name", ["an_arm", "a_tether"])
+@pytest.mark.parametrize("name", exhaustive_but(["an_arm", "a_tether"], ["a_tether"]))
 def test_the_script_of_a_tutorial_prints_the_numbers_on_its_page(name, tmp_path):
     scene, script, shown = (
         next(block.text for block in blocks(TUTORIALS / f"{name}.md") if block.language == language)

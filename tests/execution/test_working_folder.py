@@ -10,10 +10,12 @@ import pytest
 import barchain
 from adapters.registry import engines
 from barchain.runs.choices import chosen_engines, programs_here
+from tests.support.slow import exhaustive_but
 
 BARCHAIN = (sys.executable, "-m", "barchain")
 NEEDED = ("random", "json", "numpy", "psutil", "click")
 """Modules that a command, or its worker, imports"""
+COMMANDS = ("compare basics/two_bars_free --engine pymunk", "simulate basics/two_bars_free --out x.csv", "engines")
 PROGRAM = """
 [[engine]]
 name = "mine"
@@ -36,7 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize(
     "arguments",
-    ["compare basics/two_bars_free --engine pymunk", "simulate basics/two_bars_free --out x.csv", "engines"],
+    exhaustive_but(COMMANDS, [c for c in COMMANDS if not c.startswith("simulate")]),
 )
 def test_modules_of_the_working_folder_are_not_imported(folder: Path, arguments: str) -> None:
     done = subprocess.run([*BARCHAIN, "-q", *arguments.split()], capture_output=True, text=True, check=False)

@@ -83,7 +83,7 @@ def test_an_ensemble_names_magnitudes_and_a_trajectory_vectors() -> None:
 
 @pytest.mark.slow
 def test_the_studies_of_cost_and_effects_return_their_tables() -> None:
-    priced = barchain.cost(["paper/fig13"], ["reference-fast"], orbits=0.01, repeats=1, minutes=0.01)
+    priced = barchain.cost(["basics/two_bars_free"], ["reference-fast"], orbits=0.01, repeats=1, minutes=0.01)
     assert set(priced.points.engine) == {"reference-fast"}
-    budget = barchain.effects("paper/fig13", rtol=1e-5, repeats=1, minutes=0.001, engine="reference-fast")
+    budget = barchain.effects("basics/two_bars_free", rtol=1e-5, repeats=1, minutes=0.001, engine="reference-fast")
     assert len(budget.effects) > 1

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 IMAGE = re.compile(r"!\[(?P<alt>[^\]]*)\]\((?P<file>[^)]+)\)")
-rendered = cache(site_files)
+rendered, tables = cache(site_files), cache(pages_with_tables)
 
 pytestmark = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="pictures need the compiled reference")
 
@@ -53,12 +53,12 @@ def test_every_scene_of_the_gallery_is_shown_and_linked_by_the_index() -> None:
 
 
 def test_the_generated_tables_of_committed_pages_are_those_that_the_code_makes() -> None:
-    stale = [path.name for path, text in pages_with_tables().items() if path.read_text(encoding="utf-8") != text]
+    stale = [path.name for path, text in tables().items() if path.read_text(encoding="utf-8") != text]
     assert not stale, "python -m pictures --only tables"
 
 
 def test_every_table_stands_on_one_page() -> None:
-    named = [found["name"] for path in pages_with_tables() for found in BLOCK.finditer(path.read_text("utf-8"))]
+    named = [found["name"] for path in tables() for found in BLOCK.finditer(path.read_text("utf-8"))]
     assert sorted(named) == sorted(FRAGMENTS)
 
 

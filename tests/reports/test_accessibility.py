@@ -44,12 +44,11 @@ def test_axe_finds_nothing_on_a_page(name: str, tmp_path: Path) -> None:
 @in_browser
 @pytest.mark.parametrize("rule", exhaustive_but(FAULTS, ["color-contrast"]))
 def test_a_fault_of_a_page_is_found_and_named(rule: str, tmp_path: Path) -> None:
-    page = tmp_path / "page.html"
-    page.write_text(FAULTY.format(FAULTS[rule]))
-    found = violations([page], schemes=["light"], widths=[390])
-    assert {v.rule for v in found} == {rule}
-    page.write_text(FAULTY.format("<p>Plain</p>"))
-    assert not violations([page], schemes=["light"], widths=[390])
+    pages = tmp_path / "page.html", tmp_path / "plain.html"
+    for page, body in zip(pages, (FAULTS[rule], "<p>Plain</p>"), strict=True):
+        page.write_text(FAULTY.format(body))
+    found = violations(pages, schemes=["light"], widths=[390])
+    assert {(v.page, v.rule) for v in found} == {("page.html", rule)}
 
 
 @pytest.mark.exhaustive

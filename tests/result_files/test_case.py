@@ -19,7 +19,7 @@ from barchain.judge.written import Declared
 from barchain.result_files.judging import judge_files
 from reports.text.words import escape_text
 from scenarios import load, load_scene
-from tests.support.slow import slow_but
+from tests.support.slow import exhaustive_but
 
 STRANGER = Path(__file__).with_name("stranger.py")
 SCENES = ("basics/two_bars_free", "paper/fig05")
@@ -35,7 +35,7 @@ def cases(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", slow_but(SCENES, SCENES[:1]))
+@pytest.mark.parametrize("scene", exhaustive_but(SCENES, SCENES[:1]))
 def test_a_program_that_only_reads_the_folder_passes(cases, tmp_path, scene):
     table = tmp_path / "run.csv"
     subprocess.run([sys.executable, str(STRANGER), str(cases / scene), str(table), "1e-10"], check=True, cwd=tmp_path)

@@ -29,7 +29,7 @@ start_s = 10.0
 course = "quintic"
 [run]
 duration_s = 80.0
-samples = 161
+samples = 81
 """
 SPRUNG = f"""{ARM}
 [effects.joint_spring_damper]
@@ -42,7 +42,7 @@ times_s = [10.0, 70.0]
 angle_deg = [-90.0, 0.0]
 [run]
 duration_s = 80.0
-samples = 161
+samples = 81
 """
 
 

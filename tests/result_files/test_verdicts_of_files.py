@@ -21,6 +21,7 @@ from barchain.solutions.reference import closely_sampled
 from reports.results.outcome import Outcome
 from scenarios.scene import Run
 from tests.result_files.examples import DRAG, HINGED, TRACK, diverged
+from tests.support.slow import exhaustive_but
 
 FREE = "basics/two_bars_free"
 THREE = "conform/three_bars_gradient"
@@ -60,7 +61,7 @@ def test_a_mistake_is_not_told_of_columns_that_the_file_lacks(right, judged):
 
 
 def test_one_wrong_cell_is_told_by_its_instant(right, judged):
-    wrong = right.copy()
+    wrong = right.iloc[::5].copy()
     wrong.loc[150, "angle_1_rad"] += 1e-3
     found = judged(wrong, Declared(rtol=1e-9))
     assert not found.passed
@@ -102,9 +103,9 @@ def test_no_start_is_tried_whose_run_would_not_end():
 
 
 @pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x"])
-def test_two_diverged_files_are_no_estimate_of_each_others_error(right, judged, kind):
+def test_two_diverged_files_are_no_estimate_of_each_others_error(right, verdict_alone, kind):
     for order in None, 2.0:
-        found = judged(diverged(right, kind, 0.6), Declared(order=order), diverged(right, kind, 0.55))
+        found = verdict_alone(diverged(right, kind, 0.6), Declared(order=order), diverged(right, kind, 0.55))
         assert not found.passed
 
 
@@ -166,11 +167,11 @@ def test_two_mistakes_in_few_rows_of_one_column_get_no_wrong_name(judged, scene_
 
 
 @pytest.mark.parametrize("how", ["zero", "frozen", "garbage", "a step"])
-def test_a_tail_beyond_the_limit_that_no_error_grows_into_fails(judged, how):
+def test_a_tail_beyond_the_limit_that_no_error_grows_into_fails(verdict_alone, how):
     """Of a chaotic scene: a file agrees as less accurate ones do until there, and the solution is known for longer."""
     scene = load_scene("paper/fig05")
     frame = to_frame(shipped_solution(scene).trajectory)[["t_s", *(f"angle_{j}_rad" for j in range(1, 6))]].iloc[::5]
-    assert judged(frame, scene=scene).passed
+    assert verdict_alone(frame, scene=scene).passed
     wrong = frame.copy()
     tail, angles = frame.t_s > 0.3 * scene.run.duration_s, frame.columns[1:]
     right = frame.loc[tail, angles].to_numpy()
@@ -180,18 +181,18 @@ def test_a_tail_beyond_the_limit_that_no_error_grows_into_fails(judged, how):
         "garbage": 1e6 * np.sin(np.arange(len(right)))[:, None] + np.zeros_like(right),
         "a step": right + 1.0,
     }[how]
-    found = judged(wrong, scene=scene)
+    found = verdict_alone(wrong, scene=scene)
     assert not found.passed
     assert any("far faster than errors grow" in reason for reason in found.reasons)
 
 
 @pytest.mark.parametrize("columns", [["com_x_m", "com_y_m"], ["com_x_m", "com_y_m", "com_vx_m_s", "com_vy_m_s"]])
-def test_a_track_that_moves_at_once_fails_though_parted_attitudes_could_move_it_as_far(judged, columns):
+def test_a_track_that_moves_at_once_fails_though_parted_attitudes_could_move_it_as_far(verdict_alone, columns):
     scene = load_scene("paper/fig05")
     frame = to_frame(shipped_solution(scene).trajectory)[["t_s", *columns]].iloc[::5]
-    assert judged(frame, Declared(rtol=1e-10), scene=scene).passed
+    assert verdict_alone(frame, Declared(rtol=1e-10), scene=scene).passed
     frame.loc[frame.t_s > 0.9 * scene.run.duration_s, "com_x_m"] += 5.0
-    found = judged(frame, Declared(rtol=1e-10), scene=scene)
+    found = verdict_alone(frame, Declared(rtol=1e-10), scene=scene)
     assert not found.passed
     assert any("the track leaves the solution by 5 m" in reason for reason in found.reasons)
 
@@ -227,15 +228,15 @@ def test_a_right_file_at_uneven_instants_passes(judged, seed):
 
 
 @pytest.mark.slow
-def test_a_coarse_column_hides_no_error_of_the_columns_beside_it(right, judged):
+def test_a_coarse_column_hides_no_error_of_the_columns_beside_it(right, verdict_alone):
     few = right[["t_s", "angle_1_rad", "angle_2_rad"]].assign(angle_2_rad=right.angle_2_rad.round(1))
-    found = judged(few)
+    found = verdict_alone(few)
     assert found.passed
     assert any("fewer digits than columns beside it: angle_2" in note for note in found.notes)
     wrong = few.assign(angle_1_rad=few.angle_1_rad + 0.03 * np.sin(few.t_s / 300.0))
     for declared in (NOTHING, Declared(rtol=1e-9)):
-        assert not judged(wrong, declared).passed
-    assert not judged(few.assign(angle_2_rad=few.angle_2_rad + 0.2)).passed
+        assert not verdict_alone(wrong, declared).passed
+    assert not verdict_alone(few.assign(angle_2_rad=few.angle_2_rad + 0.2)).passed
 
 
 def test_a_file_of_fewer_bars_than_a_scene_without_a_solution_is_refused_before_any_run(right, judged, scene_of):
@@ -258,7 +259,7 @@ def test_a_wrong_file_without_a_part_of_its_track_gets_a_verdict(right, judged):
 
 def test_bars_that_start_at_rest_have_no_factor_of_their_rates(judged):
     scene = load_scene("paper/fig13")
-    frame = simulate(scene, "reference", rtol=1e-9).to_frame().iloc[:41]
+    frame = simulate(scene, "reference", rtol=1e-9).to_frame().iloc[:21]
     few = frame[["t_s", *(n for n in frame if n.startswith(("com_", "angle", "rate")) and n != "com_residual_m")]]
     rates = {name: few[name] + 1e-4 for name in few if name.startswith("rate")}
     assert not judged(few.assign(**rates), scene="paper/fig13").passed
@@ -276,7 +277,7 @@ def test_the_diagnosis_of_a_long_file_looks_at_some_of_its_rows_and_says_so(righ
 def test_states_belong_to_the_written_instants_however_near_these_are_to_samples_of_the_scene(judged, moved_s):
     """A track at 7.7 km/s moves 8 mm in a microsecond, 1e5 times the error of a run at rtol=1e-12."""
     solution = shipped_solution(closely_sampled(load_scene(FREE)))
-    own = np.arange(10.0, 1990.0, 10.0)
+    own = np.arange(10.0, 1990.0, 40.0)
     moved = to_frame(solution_at(solution, own + moved_s).trajectory).filter(regex="^(t_s|com_[xv]|com_y|angle|rate)")
     assert judged(moved, Declared(rtol=1e-12)).passed
     found = judged(moved.assign(t_s=own), Declared(rtol=1e-12))
@@ -284,7 +285,7 @@ def test_states_belong_to_the_written_instants_however_near_these_are_to_samples
     assert "1e-06 s early" in found.mistakes if moved_s > 0.0 else "1e-06 s late" in found.mistakes
 
 
-@pytest.mark.parametrize("late_s", [1e-3, 0.1, 10.0])
+@pytest.mark.parametrize("late_s", exhaustive_but([1e-3, 0.1, 10.0], [1e-3, 10.0]))
 def test_a_late_clock_is_told_where_the_first_row_shows_the_start(judged, late_s):
     motion = shipped_solution(closely_sampled(load_scene(FREE))).trajectory
     frame = to_frame(motion).filter(regex="^(t_s|com_[xv]|com_y|angle|rate)").iloc[:-60:2]

@@ -396,7 +396,7 @@ def small() -> EffectsStudy:
         "executor": LocalProcesses(1),
         "seconds": 0.0,
     }
-    return effects_study(brief(load_scene(DRAG)), **options)
+    return effects_study(brief(load_scene(DRAG), 0.03), **options)
 
 
 @pytest.fixture(scope="module")

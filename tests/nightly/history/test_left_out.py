@@ -79,7 +79,7 @@ def test_counts_of_a_run_without_time_have_not_vanished() -> None:
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("cost") / "out"
-    words = "cost basics/two_bars_free --engine reference-fast --engine pymunk --orbits 0.2 --repeats 1"
+    words = "cost basics/two_bars_free --engine reference-fast --engine pymunk --orbits 0.02 --repeats 1"
     assert run(["-q", *words.split(), "--out", str(folder)]) == 0
     return folder
 

@@ -54,10 +54,9 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def plan(tmp_path: Path) -> NightPlan:
-    (tmp_path / "plan.toml").write_text(PLAN, "utf-8")
-    return load_plan(tmp_path / "plan.toml")
+def plan_in(folder: Path) -> NightPlan:
+    (folder / "plan.toml").write_text(PLAN, "utf-8")
+    return load_plan(folder / "plan.toml")
 
 
 def one_night(plan: NightPlan, folder: Path) -> NightStore:
@@ -68,10 +67,8 @@ def one_night(plan: NightPlan, folder: Path) -> NightStore:
     return store
 
 
-@pytest.fixture
-def judged(
-    plan: NightPlan, tmp_path: Path, measured: Path, monkeypatch: pytest.MonkeyPatch
-) -> list[tuple[JudgedNight, NightRun]]:
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory: pytest.TempPathFactory, measured: Path) -> list[tuple[JudgedNight, NightRun]]:
     """Two whole nights, one that was killed after half of its runs, and a whole one with another engine."""
 
     def whole(arguments: Sequence[str], *_: Any, **__: Any) -> Finished:
@@ -93,20 +90,22 @@ def judged(
             os.utime(path, (began + USED_S, began + USED_S))
         raise SystemError("killed")  # nothing after a kill is run
 
-    monkeypatch.setattr(running, "run_barchain", whole)
-    one_night(plan, tmp_path)
-    one_night(plan, tmp_path)
-    monkeypatch.setattr(running, "run_barchain", half)
-    with pytest.raises(SystemError):
-        one_night(plan, tmp_path)
-    monkeypatch.setattr(running, "run_barchain", whole)
-    real = installed.installed_parts
+    real, folder = installed.installed_parts, tmp_path_factory.mktemp("judged")
+    plan = plan_in(folder)
 
     def rebuilt(*given: Any) -> tuple[NightPart, ...]:
         return tuple(NightPart(p.name, "0.0.1", "other") if p.name == "engine:pymunk" else p for p in real(*given))
 
-    monkeypatch.setattr(installed, "installed_parts", rebuilt)
-    store = one_night(plan, tmp_path)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(running, "run_barchain", whole)
+        one_night(plan, folder)
+        one_night(plan, folder)
+        patched.setattr(running, "run_barchain", half)
+        with pytest.raises(SystemError):
+            one_night(plan, folder)
+        patched.setattr(running, "run_barchain", whole)
+        patched.setattr(installed, "installed_parts", rebuilt)
+        store = one_night(plan, folder)
     return [(judge(store, night.name), night.run) for night in store.nights() if night.run is not None]
 
 
@@ -131,13 +130,13 @@ def test_a_killed_night_says_what_it_did_and_how_long_it_took(judged: list[tuple
     assert part.duration_s == killed.night.duration_s == pytest.approx(USED_S, abs=0.1)
 
 
-def test_what_a_part_without_a_turn_left_is_known_too(plan: NightPlan, tmp_path: Path) -> None:
+def test_what_a_part_without_a_turn_left_is_known_too(tmp_path: Path) -> None:
     def no_time(_: float) -> float:
         return 1.0
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(running, "working_time_s", no_time)
-        store = one_night(plan, tmp_path)
+        store = one_night(plan_in(tmp_path), tmp_path)
     (night,) = store.nights()
     assert night.run is not None
     assert night.run.left == {("comparison", FIRST), ("comparison", SECOND)}

@@ -76,16 +76,18 @@ def test_scenes_that_a_slow_night_before_left_no_room_for_are_tried_in_the_time_
 
 
 @pytest.mark.slow
-def test_two_nights_of_the_same_code_agree_in_every_bit(plan: NightPlan, tmp_path: Path) -> None:
+def test_two_nights_of_the_same_code_agree_in_every_bit(tmp_path: Path) -> None:
+    (tmp_path / "plan.toml").write_text(PLAN.replace(f', "{SCENES[1]}"', ""), "utf-8")
+    plan = load_plan(tmp_path / "plan.toml")
     first, second = one_night(plan, tmp_path), one_night(plan, tmp_path)
     assert first.run.complete
     assert (first.run.turn, second.run.turn) == (0, 1)
-    assert second.run.parts[0].done == 2
+    assert second.run.parts[0].done == 1
     store = open_store(str(tmp_path / "history"))
     judged = judge(store, second.name)
     assert store.summary(first.name).run == first.run
     assert judged.tonight == ()
-    assert judged.judged > 20
+    assert judged.judged > 10
 
 
 @pytest.mark.exhaustive
