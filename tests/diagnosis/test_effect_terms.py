@@ -97,7 +97,7 @@ PLANTED = (
 )
 
 
-@pytest.mark.parametrize("case", one_in(5, PLANTED, lambda case: case[-1]))
+@pytest.mark.parametrize("case", one_in(7, PLANTED, lambda case: case[-1]))
 def test_a_wrong_term_of_an_effect_is_named(case: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     name, where, what, wrong, expected = case
     scene = closely_sampled(load_scene(f"conform/{name}"))

@@ -44,7 +44,8 @@ LOADED = (
     "drag_alone", "solar_pressure_alone", "third_body_alone", "joint_springs_alone", "thrust_body", "impulse_alone",
     "prescribed_orbital", "oblateness_alone",
 )  # fmt: skip
-EFFECTS_TOGETHER = [name.removeprefix("conform/") for name in STAGES[TOGETHER]]
+EFFECTS_TOGETHER = sorted((name.removeprefix("conform/") for name in STAGES[TOGETHER]), key="one_bar_loads".__eq__)
+"""The one that takes longest last"""
 
 
 def loaded(name: str) -> Scene:
@@ -149,8 +150,8 @@ OTHERS = (
     ("impulse_alone", "impulse-2-missing"), ("joint_springs_alone", "springs-rest-at-start"),
     ("prescribed_orbital_joint", "prescribed-rotation-by-external-actuator"),
     ("solar_pressure_alone", "sunlight-with-shadow"), ("thrust_body", "thrusts-at-other-end"),
-    ("eleven_bars_loads", "bars-by-first-digit"), ("eleven_bars_loads", "third-body-2-missing"),
-    ("drag_alone", "drag-density-that-grows"), ("thrust_body", "thrusts-clockwise"),
+    ("eleven_bars_loads", "bars-by-first-digit"), ("drag_alone", "drag-density-that-grows"),
+    ("eleven_bars_loads", "third-body-2-missing"), ("thrust_body", "thrusts-clockwise"),
     ("thrust_body", "thrusts-from-normal"), ("together_6", "impulses-at-other-end"),
     ("com_share_alone", "centres-midway"), ("com_share_alone", "centres-from-right"),
 )  # fmt: skip

@@ -17,6 +17,7 @@ from pictures.pages.docstrings import paragraphs
 from pictures.pages.engine_page import MOST_COLUMNS, page_file, portions
 from pictures.pages.generated_tables import BLOCK, FRAGMENTS, filled, pages_with_tables
 from pictures.pages.libraries import LIBRARIES, library_of
+from pictures.pages.record import MeasuredRecord
 from pictures.pages.words import cell, short
 from pictures.paths import GALLERY, RECORD
 from pictures.record.certified import certified_rows
@@ -24,7 +25,7 @@ from pictures.record.comparison import row_of
 from pictures.record.files import COLUMNS, DIGITS, read_runs, read_table
 from pictures.record.releases import releases_rows
 from pictures.stages import STAGES
-from pictures.write import gallery_scenes, site_files
+from pictures.write import gallery_scenes, library_files, scene_files, site_files
 from reports.results.comparison import METRIC_COLUMNS
 from scenarios import load_scene
 from tests.reports.study_pages import releases_page
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 IMAGE = re.compile(r"!\[(?P<alt>[^\]]*)\]\((?P<file>[^)]+)\)")
-rendered, tables = cache(site_files), cache(pages_with_tables)
+rendered, tables, measured = cache(site_files), cache(pages_with_tables), cache(MeasuredRecord)
 
 pytestmark = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="pictures need the compiled reference")
 
@@ -85,8 +86,8 @@ def test_files_of_scenes_that_are_gone_are_removed(tmp_path: Path, monkeypatch: 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", built_in())
 def test_every_engine_has_a_page_that_names_it(engine: str) -> None:
-    page = rendered()[page_file(library_of(engine))]
-    assert f"`{engine}`" in page
+    library = library_of(engine)
+    assert f"`{engine}`" in library_files(library, measured())[page_file(library)]
 
 
 def test_no_two_libraries_share_an_engine() -> None:
@@ -169,7 +170,7 @@ def test_tables_of_many_engines_are_divided_and_keep_their_order() -> None:
 
 @pytest.mark.slow
 def test_reasons_stand_below_a_table_of_the_gallery_and_not_in_it() -> None:
-    page = rendered()[GALLERY / "paper" / "fig17.md"]
+    page = scene_files(load_scene("paper/fig17"), measured())[GALLERY / "paper" / "fig17.md"]
     assert not [line for line in page.splitlines() if line.startswith("|") and "not supported" in line]
     assert [line for line in page.splitlines() if line.startswith("- pymunk") and "not supported" in line]
 

@@ -25,11 +25,12 @@ AT_1E7 = Declared(rtol=1e-7)
 
 
 @pytest.mark.parametrize("declared", [Declared(), Declared(rtol=1e-6)])
-def test_a_quantity_that_is_far_less_accurate_than_the_others_is_told(right, judged, declared):
-    found = judged(right.assign(reaction_1_x_N=right.reaction_1_x_N * (1.0 + 1e-4 * (right.t_s > 1000.0))), declared)
+def test_a_quantity_that_is_far_less_accurate_than_the_others_is_told(right, verdict_alone, declared):
+    coarse = right.reaction_1_x_N * (1.0 + 1e-4 * (right.t_s > 1000.0))
+    found = verdict_alone(right.assign(reaction_1_x_N=coarse), declared)
     assert found.passed
     assert any("reaction: no better than rtol=" in said for said in (*found.advice, *found.notes))
-    plain = judged(right, declared)
+    plain = verdict_alone(right, declared)
     assert not any("no better than" in said for said in (*plain.advice, *plain.notes))
 
 

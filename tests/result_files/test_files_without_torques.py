@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from barchain import change_scene, simulate
+from barchain.judge.written import Declared
 
 ARM = """
 title = "An arm"
@@ -75,4 +76,4 @@ def test_what_is_left_is_told_of_the_bars_that_motors_hold_together(judged, scen
     for bar in (1, 2):
         wrong[f"angle_{bar}_rad"] += 1e-3 * (1.0 - np.cos(wrong.t_s / 3.0))
         wrong[f"rate_{bar}_rad_s"] += 1e-3 / 3.0 * np.sin(wrong.t_s / 3.0)
-    assert "on bars 1 and 2 together" in judged(wrong, scene=scene).mistakes
+    assert "on bars 1 and 2 together" in judged(wrong, Declared(rtol=1e-9), scene=scene).mistakes

@@ -291,9 +291,7 @@ def test_a_finer_result_estimates_the_error_and_an_order_is_held_to_it(verdict_a
         assert outcome(wrong).advice == [f"the two files show errors of order 2; order {wrong:g} is declared"]
     with pytest.raises(TableError, match="has the numbers of"):
         outcome(None, finer=coarse)
-    exchanged = verdict_alone(
-        fine, Declared(order=2.0, noise={"reaction": 1e-8}), "basics/two_bars_free", finer=coarse
-    )
+    exchanged = verdict_alone(fine, Declared(order=2.0, noise={"reaction": 1e-8}), "basics/two_bars_free", finer=coarse)
     assert exchanged.advice == ["the errors of the finer file are larger: are the two files exchanged?"]
     undeclared = verdict_alone(coarse, Declared(), "basics/two_bars_free", finer=fine)
     assert not undeclared.passed, "Newton's tolerance is undeclared"

@@ -308,10 +308,24 @@ def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
     assert "nan" not in html.lower()
 
 
+@pytest.fixture(scope="module")
+def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, pd.DataFrame]:
+    """Folder of a study that went on after it was cut off, and the points that it had before."""
+    folder, plan = tmp_path_factory.mktemp("scaling"), scaling_study(["reference"], (2, 5), repeats=1)
+
+    def cut(*_: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(plan, folder, reporter=Reporter(cut))
+    first = read_table(folder, "scaling", "points")
+    run_study(plan, folder, resume=True)
+    return folder, first
+
+
 @pytest.mark.slow
-def test_a_good_point_has_all_that_was_asked_for(tmp_path: Path) -> None:
-    run_study(scaling_study(["reference"], (2, 5), repeats=1), tmp_path)
-    own = read_table(tmp_path, "scaling", "points")
+def test_a_good_point_has_all_that_was_asked_for(resumed: tuple[Path, pd.DataFrame]) -> None:
+    own = read_table(resumed[0], "scaling", "points")
     assert list(own.columns) == list(POINTS.columns)
     assert own.outcome.tolist() == ["pass", "pass"]
     assert (own.share == 1.0).all()
@@ -334,23 +348,14 @@ def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path: Path) -> None:
-    plan, told = scaling_study(["reference"], (2, 5), repeats=1), list[str]()
-
-    def cut(_: str, what: str, __: str) -> None:
-        told.append(what)
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_study(plan, tmp_path, reporter=Reporter(cut))
-    first = read_table(tmp_path, "scaling", "points")
+def test_a_study_that_was_cut_off_measures_only_what_is_missing(resumed: tuple[Path, pd.DataFrame]) -> None:
+    folder, first = resumed
     assert first.bars.tolist() == [2]
-    run_study(plan, tmp_path, resume=True)
-    points = read_table(tmp_path, "scaling", "points")
+    points = read_table(folder, "scaling", "points")
     assert points.outcome.tolist() == ["pass", "pass"]
     pd.testing.assert_frame_equal(points[:1], first)
-    run_study(plan, tmp_path, resume=True)
-    pd.testing.assert_frame_equal(read_table(tmp_path, "scaling", "points"), points)
+    run_study(scaling_study(["reference"], (2, 5), repeats=1), folder, resume=True)
+    pd.testing.assert_frame_equal(read_table(folder, "scaling", "points"), points)
 
 
 def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:

@@ -67,8 +67,10 @@ def test_a_slow_down_near_the_threshold_does_not_turn_green_and_red_in_turns(see
 def test_a_step_is_told_on_one_night_and_keeps_its_name(store: NightStore) -> None:
     x = noise(12, 6, 60, 0.02, 0.3)
     x[0, 30:] += 0.15
+    for k in range(24):
+        store.add(night(*ratios(*np.exp(x[:, k])), number=k))
     count, names = 0, set()
-    for k in range(60):
+    for k in range(24, 60):
         run_night(store, k, *np.exp(x[:, k]))
         judged = judge(store)
         count += len(judged.tonight)
