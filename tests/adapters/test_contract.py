@@ -1,6 +1,7 @@
 """One contract, kept by every engine on every scene."""
 
 import dataclasses
+import functools
 import os
 
 import numpy as np
@@ -26,12 +27,13 @@ COARSE = {
     ("exudyn-absolute-index3", "effects/joint_motors"): 4000,
     **{(engine, "effects/free_flyer"): 40000 if "pymunk" in engine else 20000 for engine in BY_STEPS},
 }
+scene_named = functools.cache(load_scene)  # read once, not once for each engine
 HERE = {name: registration for name, registration in ENGINES.items() if registration.missing is None}
 EXTERNAL = [name for name, registration in HERE.items() if registration.external]
 
 
 def shortened(name):
-    scene = load_scene(name)
+    scene = scene_named(name)
     return dataclasses.replace(
         scene, run=dataclasses.replace(scene.run, duration_s=SHARE * scene.run.duration_s, samples=SAMPLES)
     )
@@ -49,7 +51,7 @@ PAIRS = [
     (engine, name)
     for engine, registration in HERE.items()
     for name in TAME
-    if registration.load().unsupported(load_scene(name)) is None
+    if registration.load().unsupported(scene_named(name)) is None
 ]
 
 
@@ -131,7 +133,7 @@ def test_every_scene_is_carried_by_an_external_engine_with_reactions_or_has_none
 def test_an_unsupported_effect_has_a_reason(engine):
     loaded = ENGINES[engine].load()
     for name in ALL:
-        scene = load_scene(name)
+        scene = scene_named(name)
         reason = loaded.unsupported(scene)
         assert reason is None or len(reason.split()) > 3, (engine, name, reason)
 
