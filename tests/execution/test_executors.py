@@ -69,7 +69,7 @@ def test_a_call_that_raises_dies_or_hangs_costs_its_own_answer(executor: Executo
 
 @pytest.mark.skipif(not queue_time_s(), reason="the system does not tell a wait for a processor")
 def test_a_run_is_not_late_because_other_programs_keep_the_processor_busy() -> None:
-    (answer,) = answers(LocalProcesses(1), Call(calls.works_beside_others, (0.8,), 1.2, pool=""))
+    (answer,) = answers(LocalProcesses(1), Call(calls.works_beside_another, (0.8,), 1.2, pool=""))
     assert answer.content == b"done"
     assert answer.seconds > 1.2
 
