@@ -12,6 +12,7 @@ from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.chance import foretells, independent_digits
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.mean_elements import by_mean_elements
+from barchain.judge.diagnosis.motion.numbers import numbers, read
 from barchain.judge.diagnosis.trial_search import MOST_STEPS, TrialSearch, outdone
 from barchain.judge.diagnosis.trials import further_trials, motion_from, start_speed
 from scenarios import Axes, End, Gravity, Thrust, load_scene
@@ -303,3 +304,12 @@ def test_of_several_fits_far_less_left_counts_more_than_fewer_numbers() -> None:
     assert not outdone(1, 5.0, [(1, 1.0)], 10.0)
     assert not outdone(0, 50.0, [(1, 1.0)], 10.0)
     assert outdone(0, 500.0, [(1, 1.0)], 10.0)
+
+
+@pytest.mark.parametrize("name", ["effects/third_body", "effects/everything"])
+def test_no_trial_of_a_number_makes_a_scene_of_complex_ones(name: str) -> None:
+    """A third body's rate goes with the power -3/2 of its distance, which is then positive."""
+    for number in numbers(load_scene(name)):
+        for amount in number.range:
+            changed = number.change(amount)
+            assert not any(isinstance(read(changed, path), complex) for path in number.paths), number.name

@@ -236,6 +236,8 @@ def compared(was: Figure, now: Figure) -> Judgement | None:
 
 ROUNDING_LEVEL = 30.0
 """Errors below so many shares of rounding are rounding themselves: the share is an estimate of its size, not a bound"""
+BOUNDED = ("com", "com_velocity")
+"""Quantities whose share is a bound: Kepler's orbit alone lets roundings grow, not the scene's amplification"""
 
 
 def is_above(level: Figure, now: Figure) -> bool:
@@ -246,7 +248,8 @@ def is_above(level: Figure, now: Figure) -> bool:
     """
     if level.missing or now.missing:
         return now.missing and not level.missing
-    if now.identity.kind is FigureKind.ERROR and (now.value or 0.0) <= ROUNDING_LEVEL * (now.tolerance or 0.0):
+    shares = 1.0 if now.identity.quantity.partition(".")[0] in BOUNDED else ROUNDING_LEVEL
+    if now.identity.kind is FigureKind.ERROR and (now.value or 0.0) <= shares * (now.tolerance or 0.0):
         return False
     return now.identity.kind in COMPARED and differs(level, now, Direction.WORSE)
 

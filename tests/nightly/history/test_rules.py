@@ -88,6 +88,12 @@ def test_an_error_of_rounding_is_told_when_it_moves_and_is_never_worse() -> None
     assert change.direction is Direction.WORSE
 
 
+def test_an_error_of_the_centre_of_mass_beyond_its_bound_of_rounding_is_worse() -> None:
+    """A program of order 4 on a circular orbit, its errors three times as large: ten shares."""
+    (change,) = news_of(history_of(*[[error(x, "com.max", tolerance=5.85e-5)] for x in (1.97e-4, 5.93e-4)]))
+    assert change.direction is Direction.WORSE
+
+
 def test_every_flip_of_a_verdict_is_told_with_its_direction() -> None:
     for was, now in itertools.product(Outcome, Outcome):
         judged = judge_verdict(verdict(str(was)), verdict(str(now)))

@@ -130,9 +130,10 @@ class Number:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Least and largest amount; masses and lengths are positive."""
+        """Least and largest amount; masses and lengths are positive, and so is what is raised to a broken power."""
         most = {FACTOR: 100.0, ANGLE: math.pi, TIME: 16.0 * self.interval_s}[self.kind]
-        return (-0.95 if self.kind == FACTOR and self.section == BODIES else -most), most
+        positive = self.section == BODIES or any(power % 1.0 for power in self.powers)
+        return (-0.95 if self.kind == FACTOR and positive else -most), most
 
     def change(self, amount: float) -> Scene:
         """Scene with an amount; 0: the right scene."""
