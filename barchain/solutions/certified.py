@@ -24,13 +24,15 @@ from adapters.engine import EngineError
 from adapters.heyoka.compiled import QUAD
 from adapters.heyoka.run import HeyokaRun
 from adapters.registry import find_engine
-from barchain.metrics.quantities import components, differences
+from barchain.metrics.quantities import TRACK, components, differences
 from barchain.record.environment import package_version
 from barchain.solutions.certified_file import (
     SAME_INSTANT,
     CertifiedTable,
     DamagedTableError,
+    columns_of,
     head_of,
+    motion_of,
     physics_digest,
     read_file,
     read_table,
@@ -48,7 +50,7 @@ from barchain.solutions.judging import (
     error_bar,
     establish_certified,
 )
-from barchain.solutions.proof import MISSING, PROOF, check_proof, proof_of
+from barchain.solutions.proof import MISSING, PROOF, PROVEN, check_proof, proof_of
 from barchain.solutions.reference import closely_sampled
 
 if TYPE_CHECKING:
@@ -301,28 +303,52 @@ def check(scene: Scene) -> CommittedTableCheck:
 
 
 def check_digits(scene: Scene, path: Path) -> str:
-    """Fault of heyoka's digits beyond double precision against proven ones; empty if there is none, or no proof."""
+    """Fault of heyoka's digits beyond double precision against proven ones; empty if there is none, or no proof.
+
+    At the chosen instants they are the proven digits, and at all proven rows the value is as near as is proven.
+    """
     stored = proof_of(path)
     if stored is None:
         return ""
-    (values, proof), made = stored, HeyokaRun(scene, stored[0].t_s, QUAD, CERTIFIED_RTOL)
+    (values, proof), (head, frame) = stored, read_file(path)
+    rows = frame[frame[f"{PROVEN}attitude"].notna()]
+    times_s, at = np.unique(rows["t_s"].to_numpy(), return_inverse=True)
+    made = HeyokaRun(scene, times_s, QUAD, CERTIFIED_RTOL)
     made.walk()
-    allowed = CERTIFIED_CHECK_RTOL * float(np.nanmax(read_file(path)[1].get("amplification", 1.0)))
-    high, low, proven, proven_low = map(
-        components, (made.trajectory(), made.trajectory(beyond=True), values, proof.low)
-    )
+    allowed = CERTIFIED_CHECK_RTOL * float(np.nanmax(frame.get("amplification", 1.0)))
+    high, low = (components(x.samples(at)) for x in (made.trajectory(), made.trajectory(beyond=True)))
+    own, proven_low, bounds = components(motion_of(rows, head)), components(proof.low), columns_of(rows, PROVEN)
     for name, x in high.items():
-        apart = np.abs((x - proven[name]) + (low[name] - proven_low[name])).max()
-        if apart > allowed * np.abs(x).max() + proof.radius[name].max():
+        beyond, least = (x - own[name]) + low[name], allowed * np.abs(x).max()
+        apart = np.abs(beyond[-len(values.t_s) :] - proven_low[name]).max()
+        if apart > least + proof.radius[name].max():
             return f"the {name} in quadruple precision is {apart:.1e} from the proven one (SI units)"
+        far = np.linalg.norm(beyond, axis=-1).max(axis=1, initial=0.0) > bounds[name] + least
+        if far.any():
+            return f"the {name} at {rows['t_s'].to_numpy()[far][0]:.9g} s is farther off than is proven"
     return ""
 
 
 def check_judge(scene: Scene, kept: ReferenceSolution) -> dict[str, float]:
-    """Shares of a fresh judging solution's difference from the shipped one: error bars, and equally amplified."""
+    """Shares of a fresh judging solution's difference from the shipped one: error bars, and equally amplified.
+
+    Its close samples, of which derivatives are made, have the error bars of the next sample.
+    """
     again = make_judge(scene)
-    grown = np.abs(again.amplification / kept.amplification - 1.0)[kept.amplification <= MOST_GROWN]
-    return shares(kept, again) | {"amplification": float(grown.max()) / AMPLIFICATION_SHARE}
+    found = shares(kept, again)
+    t_s, last = kept.trajectory.t_s, len(kept.error["attitude"]) - 1
+    after = np.minimum(np.searchsorted(t_s, kept.fine.t_s), last)
+    inside = kept.fine.t_s <= t_s[last]
+    for name, apart in differences(kept.fine, again.fine).items():
+        bars = (kept.error[name] + again.error[name])[after]
+        found[name] = max(found[name], share(apart[inside], bars[inside]))
+    counted = kept.amplification <= MOST_GROWN
+    grown = np.abs(again.amplification / kept.amplification - 1.0)[counted]
+    found["amplification"] = float(grown.max()) / AMPLIFICATION_SHARE
+    for name in kept.response.keys() - set(TRACK):  # which no perturbation of the attitude moves beyond rounding
+        was, now = (x.response[name][: len(counted)][counted] for x in (kept, again))
+        found[f"response of the {name}"] = share(np.abs(now - was), np.full(len(was), was.max())) / AMPLIFICATION_SHARE
+    return found
 
 
 def shares(kept: CertifiedTable | ReferenceSolution, again: CertifiedTable | ReferenceSolution) -> dict[str, float]:
