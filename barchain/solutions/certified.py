@@ -291,10 +291,14 @@ def check(scene: Scene) -> CommittedTableCheck:
     again = make(scene)
     if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
         return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {maker(name)}")
-    fault = check_proof(scene, path) or check_digits(scene, path)
-    checked = f"; its proof was checked in part: {MISSING}" if MISSING else ", with its proof"
+    fault, unchecked = "", MISSING
+    try:
+        fault = check_proof(scene, path)
+    except ArithmeticError as error:
+        unchecked = f"its last interval is not enclosed again: {error}"
+    checked = f"; its proof was checked in part: {unchecked}" if unchecked else ", with its proof"
     proof = checked if PROOF in head_of(path) else ""
-    table = CommittedTableCheck(name, shares(kept, again), fault, proof)
+    table = CommittedTableCheck(name, shares(kept, again), fault or check_digits(scene, path), proof)
     judge = shipped_solution(closely_sampled(scene)) if table.agrees else None
     if judge is None:
         return table
