@@ -145,6 +145,11 @@ DERIVED_CHANNELS = {channel.name: channel for channel in DERIVED}
 
 
 def channel_of(name: str) -> Channel | None:
-    """Channel, stored or derived, of this name or with a column of this name; None if there is none."""
+    """Channel, stored or derived, of this name or with a column of this name; None if there is none.
+
+    In columns of ``effect_force`` and ``effect_torque`` an effect's name stands in place of `effect`.
+    """
     pattern = (numbered_part(name) or (name,))[0]
-    return next((c for c in (*STORED, *DERIVED) if name == c.name or pattern in c.columns), None)
+    found = next((c for c in (*STORED, *DERIVED) if name == c.name or pattern in c.columns), None)
+    ends = {column.removeprefix("effect"): c for c in DERIVED for column in c.columns if column.startswith("effect_")}
+    return found or next((c for end, c in ends.items() if pattern.endswith(end)), None)

@@ -330,7 +330,7 @@ def printed(table: BudgetTable) -> Table:
     for k, heading in enumerate(table.headings):
         wordy = k < table.wordy
         width = WORDS if wordy else min(NUMBERS, room)
-        made.add_column(heading, justify="left" if wordy else "right", max_width=width)
+        made.add_column(literal(heading), justify="left" if wordy else "right", max_width=width)
     for row in table.rows:
         made.add_row(*map(literal, row))
     return made

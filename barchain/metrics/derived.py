@@ -234,8 +234,10 @@ def joint_torque(motion: Motion) -> Array:
     found = np.zeros_like(motion.angle[:, :-1])
     for springs in (e for e in motion.model.effects if isinstance(e, JointSpringDamperEffect)):
         found += springs.torque(motion.angle, motion.rate)
+    begin, *_ = instants_s = motion.trajectory.t_s.tolist()
     for motor in called.joint_torque:
-        found[:, motor.joint - 1] -= [motor.size_N_m(t) for t in motion.trajectory.t_s.tolist()]
+        on = motor.times_s[0]  # where it jumps to its first size, unless the run begins there
+        found[:, motor.joint - 1] -= [0.0 if t == on > begin else motor.size_N_m(t) for t in instants_s]
     return found
 
 

@@ -257,6 +257,26 @@ def test_one_column_of_a_channel_can_be_chosen(five_bars: Trajectory) -> None:
         chosen_columns(five_bars, ["joint_angle_9_rad"])
 
 
+def test_one_column_of_an_effect_can_be_chosen() -> None:
+    seen = moved(load_scene("effects/drag"), samples=3, duration_s=10.0)
+    whole = chosen_columns(seen, ["effect_force"])
+    assert chosen_columns(seen, ["drag_force_2_y_N"]).equals(whole[["t_s", "drag_force_2_y_N"]])
+    with pytest.raises(DerivedError, match="of this channel it has gravity_force_1_x_N"):
+        chosen_columns(seen, ["drug_force_2_y_N"])
+
+
+def test_a_motor_shows_what_was_before_it_was_switched_on_and_off() -> None:
+    motor = {"joint": 1, "torque_N_m": 0.1, "start_s": 2.0, "duration_s": 4.0}
+    tables = {
+        "title": "motor", "source": "test", "orbit": {"altitude_m": 5e5}, "run": {"duration_s": 10.0, "samples": 6},
+        "chain": {"bars": 2, "mass_kg": 10.0, "length_m": 10.0, "angle_deg": 90.0},
+    }  # fmt: skip
+    for start_s, torques in ((2.0, [0.0, 0.0, -0.1, -0.1, 0.0, 0.0]), (0.0, [-0.1, -0.1, -0.1, 0.0, 0.0, 0.0])):
+        effects = {"gravity": "none", "joint_torque": [motor | {"start_s": start_s}]}
+        seen = barchain.simulate(barchain.make_scene(tables | {"effects": effects}))
+        assert chosen_columns(seen, ["joint_torque"])["joint_torque_1_N_m"].tolist() == torques
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [

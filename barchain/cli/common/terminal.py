@@ -69,7 +69,7 @@ def show_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Seq
 
     table = Table(box=None, header_style="bold")
     for heading in headings:
-        table.add_column(heading, justify="right" if heading in right else "left")
+        table.add_column(literal(heading), justify="right" if heading in right else "left")
     for row in rows:
         table.add_row(*map(literal, row))
     show(table)
