@@ -28,6 +28,10 @@ ESTIMATED_RADIANS = 0.3
 """Longest step, in radians of the fastest rate, where round-off holds the tolerance up and a finer request shortens
 none: at 0.8 the error estimate of DOP853 was 2000 times too small on a chain of soft springs"""
 PERTURBED_OVER_CENTRAL = 1.05  # total over central gravity, bound: oblateness, other bodies, air and light included
+LOWEST_OVER_PERIGEE = 0.9
+"""Radius down to which a disturbed orbit is followed, over the perigee of the Kepler orbit"""
+MOST_FOLDINGS = 100.0
+"""Factors of e by which neighbouring orbits part in a step, at most: beyond, nothing is told, and nothing overflows"""
 
 
 @dataclass(frozen=True)
@@ -196,6 +200,20 @@ class Simulation:
         """:func:`largest_pull_m_s2` of this chain."""
         return largest_pull_m_s2(self.model, self.contact_free_radius_m) if self.contact_free_radius_m else 0.0
 
+    def stays_above(self, perigee_m: float, step_s: float) -> bool:
+        """Whether a step is too short to fall from a Kepler orbit through one of its ends to where contact is possible.
+
+        Above a radius r, neighbouring orbits part at most as exp(k t), k² = 2 mu/r³. A bar is as far from the centre of
+        mass as the chain is long, at most.
+        """
+        lowest_m = max(self.contact_free_radius_m, LOWEST_OVER_PERIGEE * perigee_m)
+        nearest_m = lowest_m - (self.contact_free_radius_m - self.model.body_radius_m)
+        central, nearest = (self.model.mu_m3_s2 / r**2 for r in (lowest_m, nearest_m))
+        disturbance = largest_pull_m_s2(self.model, lowest_m) - central + nearest - central
+        square = 2.0 * central / lowest_m
+        foldings = min(math.sqrt(square) * step_s, MOST_FOLDINGS)
+        return lowest_m + disturbance / square * (math.cosh(foldings) - 1.0) < perigee_m
+
     def perigee_m(self, y: Array) -> float:
         """Perigee of the Kepler orbit through the centre of mass of a vector, m from the body's centre."""
         return perigee_m(self.model.mu_m3_s2, self.coordinates.com_m(y), self.coordinates.com_velocity_m_s(y))
@@ -203,11 +221,14 @@ class Simulation:
     def clears_surface(self, before: Array, after: Array, step_s: float) -> bool:
         """Whether contact with the surface is impossible in a step between these two states.
 
-        Either the orbit's perigee is high enough, or free fall is too short. No acceleration above the surface exceeds
-        :func:`largest_pull_m_s2`. A parabola from either end of the step, over half of the step, bounds the fall.
+        Either the orbit's perigee is high enough, for ever or for the length of the step, or free fall is too short. No
+        acceleration above the surface exceeds :func:`largest_pull_m_s2`. A parabola from either end of the step, over
+        half of the step, bounds the fall.
         """
-        if self.model.gravity != "none" and self.perigee_m(after) > self.contact_free_perigee_m:
-            return True
+        if self.model.gravity != "none":
+            perigee_m = self.perigee_m(after)
+            if perigee_m > self.contact_free_perigee_m or self.stays_above(perigee_m, step_s):
+                return True
         half, pull = 0.5 * step_s, self.largest_pull_m_s2
         lowest = []
         for y, way in ((before, 1.0), (after, -1.0)):

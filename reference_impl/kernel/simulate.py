@@ -159,7 +159,7 @@ class KernelSimulation:
         here: float = start_s
         code, stopped_s = self.integrator.advance_to(here, end_s), None
         while code in (layout.CHECK_SURFACE, layout.MODE_ENDED) and stopped_s is None:
-            stopped_s, event_s = self.examine_step(code)
+            stopped_s, event_s = self.examine_step()
             here = start_s if event_s is None else event_s
             code = layout.ARRIVED if stopped_s is not None else self.integrator.advance_to(here, end_s)
         self.raise_failure(code)
@@ -176,7 +176,7 @@ class KernelSimulation:
         self.stepper.y[self.order] = y
         set_modes(self.chain, self.reference.coordinates.modes)
 
-    def examine_step(self, code: int) -> tuple[float | None, float | None]:
+    def examine_step(self) -> tuple[float | None, float | None]:
         """Instants of contact and of a mode's end in the last step; takes its samples up to the first of them."""
         carry = self.stepper
         if not self.detects_events:  # otherwise already computed
@@ -189,7 +189,7 @@ class KernelSimulation:
             return self.in_double(found)
 
         event_s = self.events.find_event(at, end - step, end) if self.events and self.detects_events else None
-        stopped_s = self.contact_instant(code, at, event_s)
+        stopped_s = self.contact_instant(at, event_s)
         until = next(t for t in (stopped_s, event_s, end) if t is not None)
         self.integrator.take_samples(until)
         if event_s is not None and stopped_s is None and self.events:
@@ -209,13 +209,11 @@ class KernelSimulation:
         self.integrator.take_partial_step(float(begin), float(until_s - begin))
         return self.in_double(carry.end)
 
-    def contact_instant(self, code: int, at: Callable[[float], Array], event_s: float | None) -> float | None:
+    def contact_instant(self, at: Callable[[float], Array], event_s: float | None) -> float | None:
         """Instant of contact with the surface in the last step, if before the end of a mode."""
         end, step = float(self.stepper.clock[layout.NOW]), float(self.stepper.clock[layout.TAKEN])
         before, after = self.in_double(self.stepper.before), self.in_double(self.stepper.y)
-        if code != layout.CHECK_SURFACE and (
-            not self.reference.contact_free_radius_m or self.reference.clears_surface(before, after, step)
-        ):
+        if not self.reference.contact_free_radius_m or self.reference.clears_surface(before, after, step):
             return None
         stopped_s = contact_instant(at, self.reference.height, end - step, end, self.reference.height(before))
         later = stopped_s is not None and event_s is not None and stopped_s > event_s

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -17,8 +18,12 @@ from reference_impl.integrate.stepper import integrate
 from reference_impl.kernel.simulate import KernelSimulation
 from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.invariants import com_energy, relative_kinetic_energy, tidal_energy
-from reference_impl.model.kinematics import relative_positions
+from reference_impl.model.kinematics import consistent_state, relative_positions
 from scenarios import Gravity, Scene, load_scene
+
+if TYPE_CHECKING:
+    from reference_impl.integrate.stepper import Integration
+    from reference_impl.model.state import State
 
 MU, RADIUS = 3.986004418e14, 6378e3
 TIGHT = 1e-13
@@ -194,6 +199,40 @@ def test_a_perigee_just_below_the_surface_is_not_stepped_over(kind: type) -> Non
         run = kind(model, np.array([apogee, 0.0]), np.array([0.0, speed]), np.zeros(1), np.zeros(1), rtol=1e-8)
         seen = run.integrate(np.linspace(0.0, 5400.0, 3))
         assert (seen.stopped_s is not None) == lands
+
+
+@BOTH
+def test_an_orbit_that_an_effect_bends_lands_where_it_dips_and_is_not_searched_far_above(
+    kind: type, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A surface 3 m above the lowest height of a whole run ends it, one 3 m below does not."""
+    scene = one_orbit("effects/oblateness", 1001)
+    model, s = chain_model(scene), initial_state(scene)
+    start = s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s
+    heights: list[float] = []
+    height = Simulation.height
+
+    def counted(run: Simulation, y: np.ndarray) -> float:
+        heights.append(height(run, y))
+        return heights[-1]
+
+    monkeypatch.setattr(Simulation, "height", counted)
+    free = kind(model, *start, rtol=1e-10)
+    seen = free.integrate(scene.times_s)
+    assert not heights, "hundreds of kilometres up, no step can reach the surface"
+    look = Simulation(model, *start, rtol=1e-10)
+    lowest = min(height(look, look.coordinates.pack(state)) for state in states_of(free, seen))
+    for above, lands in ((3.0, True), (-3.0, False)):
+        low = replace(model, body_radius_m=model.body_radius_m + lowest + above)
+        assert (kind(low, *start, rtol=1e-10).integrate(scene.times_s).stopped_s is not None) == lands
+    assert heights
+
+
+def states_of(run: Simulation, seen: Integration) -> list[State]:
+    """Complete states of a run at its samples."""
+    h = run.history(seen)
+    columns = zip(h.com_m, h.com_velocity_m_s, h.angle_rad, h.rate_rad_s, strict=True)
+    return [consistent_state(run.model, *each) for each in columns]
 
 
 # manoeuvres

@@ -126,10 +126,16 @@ class GivenResult:
                 changes[name] = values + signs * size.reshape(-1, *[1] * (values.ndim - 1))
         return motion.replace(**changes)
 
+    @cached_property
+    def right_perturbed(self) -> Trajectory:
+        """The right motion of :meth:`perturbed`, which every reading alone is tried on."""
+        return self.perturbed(self.right)
+
     def read(self, reading: Reading, motion: Trajectory) -> tuple[Trajectory, Tolerance]:
         """Altered reading of a motion, and tolerances carried through the reading: at least the motion's own."""
         supposed = reading.read(self.scene, motion)
-        carried = differences(supposed, reading.read(self.scene, self.perturbed(motion)))
+        perturbed = self.right_perturbed if motion is self.right else self.perturbed(motion)
+        carried = differences(supposed, reading.read(self.scene, perturbed))
         widened = {
             name: np.fmax(values, SPREAD * carried[name]) if name in carried else values
             for name, values in self.tolerance.items()

@@ -93,6 +93,13 @@ class Balance:
             known = tuple(zip(other.model.effects, other.effects, strict=True))
             self.equations = dataclasses.replace(self.equations, known=known)
 
+    def of_another(self, motion: Motion) -> Balance:
+        """Balance of another motion under the same equations; at the same samples, the weights are found once."""
+        found = Balance(motion, self.scene, self.hidden)
+        if found.rule.alike(self.rule) and np.array_equal(found.rule.t_s, self.rule.t_s):
+            found.rule = self.rule
+        return found
+
     @property
     def shape(self) -> Shape:
         """Masses and lengths of the scene."""

@@ -75,7 +75,7 @@ class Residual:
         self.motion, self.scene = motion, scene
         self.balance = Balance(motion, scene)
         self.value = self.balance.value
-        self.other = None if other is None else Balance(other, scene, self.balance.hidden).value
+        self.other = None if other is None else self.balance.of_another(other).value
 
     @cached_property
     def known(self) -> NDArray[np.bool_]:
