@@ -67,10 +67,10 @@ def test_a_slow_down_near_the_threshold_does_not_turn_green_and_red_in_turns(see
 def test_a_step_is_told_on_one_night_and_keeps_its_name(store: NightStore) -> None:
     x = noise(12, 6, 60, 0.02, 0.3)
     x[0, 30:] += 0.15
-    for k in range(24):
+    for k in range(28):
         store.add(night(*ratios(*np.exp(x[:, k])), number=k))
     count, names = 0, set()
-    for k in range(24, 60):
+    for k in range(28, 44):
         run_night(store, k, *np.exp(x[:, k]))
         judged = judge(store)
         count += len(judged.tonight)
@@ -136,7 +136,7 @@ def test_a_step_whose_first_night_was_not_judged_is_held(store: NightStore) -> N
     x = noise(21, 6, 60, 0.02, 0.3)
     x[0, 30:] += 0.08
     red = []
-    for k in range(60):
+    for k in range(48):
         store.add(night(*ratios(*np.exp(x[:, k])), number=k))
         if k > 35:  # the first clear night, 35, was judged against a baseline, say
             judged = judge(store)
@@ -173,12 +173,16 @@ def test_a_step_keeps_its_name_when_its_first_night_is_resumed(store: NightStore
 
 
 def test_a_busy_night_tells_no_step_again(store: NightStore) -> None:
-    for k in range(35):
-        run_night(store, k, 1.5 if k >= 20 else 1.0 + 0.001 * (k % 3), 1.0 + 0.001 * (k % 3))
+    for k in range(32):
+        values = 1.5 if k >= 20 else 1.0 + 0.001 * (k % 3), 1.0 + 0.001 * (k % 3)
+        if k < 20:
+            store.add(night(*ratios(*values), number=k))
+        else:
+            run_night(store, k, *values)
     busy = [
         Figure(ratio(1.0, f"{QUANTITY}.{k}").identity, reason="other processes used 1.2 processors") for k in (0, 1)
     ]
-    store.add(night(*busy, number=35))
+    store.add(night(*busy, number=32))
     judged = judge(store)
     assert judged.tonight == ()
     assert [c.direction for c in still_holding(judged)] == [Direction.WORSE]
