@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,11 +38,21 @@ def browser() -> Browser:
         yield opened
 
 
-def opened(browser: Browser, case: Path, table: str, **view: Any) -> Page:
-    """Page after a table was given to it; an error of the page, or of its policy, fails."""
+def new_tab(browser: Browser, **view: Any) -> Page:
+    """Tab without a network; an error of its page, or of the page's policy, fails."""
     tab = browser.new_context(offline=True, **view).new_page()
     tab.on("pageerror", lambda error: pytest.fail(str(error)))
     tab.on("console", lambda said: pytest.fail(said.text))
+    return tab
+
+
+shared_tab = cache(new_tab)
+"""Tab of the usual view, in which each test loads the page anew: a tab's process takes longer to start than a test"""
+
+
+def opened(browser: Browser, case: Path, table: str, **view: Any) -> Page:
+    """Page, loaded anew, after a table was given to it."""
+    tab = new_tab(browser, **view) if view else shared_tab(browser)
     tab.goto((case / "compare.html").as_uri())
     tab.set_input_files("#file", {"name": "run.csv", "mimeType": "text/csv", "buffer": table.encode()})
     tab.wait_for_function("document.getElementById('verdict').textContent !== 'No table yet.'")
