@@ -21,6 +21,7 @@ from reports.chapters.comparison.orbit import Geometry, joints
 from scenarios import SceneError, change_scene, load_scene, make_scene
 from tests.reference.test_end_bodies import reactions_with_multipliers
 from tests.support.kernel import needs_kernel
+from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
     from pathlib import Path
