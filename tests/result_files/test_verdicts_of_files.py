@@ -108,11 +108,11 @@ def test_two_diverged_files_are_no_estimate_of_each_others_error(right, verdict_
         assert not found.passed
 
 
-def test_a_quantity_that_is_there_and_says_nothing_is_no_pass(right, judged):
+def test_a_quantity_that_is_there_and_says_nothing_is_no_pass(right, verdict_alone):
     angles = right[["t_s", "angle_1_rad", "rate_1_rad_s"]].round({"angle_1_rad": 6}).assign(rate_1_rad_s=0.0)
-    found = judged(angles, float_format="%.6f")
+    found = verdict_alone(angles, float_format="%.6f")
     assert found.outcome is Outcome.INCONSISTENT, "six decimals of a rate are enough"
-    found = judged(angles.assign(rate_1_rad_s="0.0"))
+    found = verdict_alone(angles.assign(rate_1_rad_s="0.0"))
     assert found.outcome is Outcome.TOO_COARSE
     assert any("rate" in reason and "last digit" in reason for reason in found.reasons)
 
