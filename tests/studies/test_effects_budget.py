@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     from barchain.studies.effects.switches import Switch
 
 DRAG = "effects/drag"
+SHARE = 0.03
+"""Orbits of the small budget"""
 
 
 def brief(scene: Scene, orbits: float = 0.1, samples: int = 11) -> Scene:
@@ -396,7 +398,7 @@ def small() -> EffectsStudy:
         "executor": LocalProcesses(1),
         "seconds": 0.0,
     }
-    return effects_study(brief(load_scene(DRAG), 0.03), **options)
+    return effects_study(brief(load_scene(DRAG), SHARE), **options)
 
 
 @pytest.fixture(scope="module")
@@ -454,7 +456,7 @@ def test_a_budget_that_goes_on_makes_nothing_that_is_there(budget: Any, monkeypa
 @pytest.mark.slow
 def test_j2_moves_the_centre_of_mass_as_its_closed_form_says(budget: Any) -> None:
     """To first order 3/4 J2 (R/r)² g t² at first, less what the orbit's own turning makes of it: (n t)²/4 at most."""
-    scene = brief(load_scene(DRAG))
+    scene = brief(load_scene(DRAG), SHARE)
     rows = FILES.contents(budget[0]).effects.set_index("effect")
     t, r = scene.run.duration_s, scene.radius0_m
     g = scene.central_body.mu_m3_s2 / r**2
