@@ -86,8 +86,8 @@ def above_request(main: Samples, declared: Declared, found: Verdict) -> list[str
         ratio = float((error / kept[until]).max())
         if ratio > 1.0:
             said.append(
-                f"the error of the {WORDS[quantity]} is {ratio:.2g} times that of a method that keeps a request of "
-                f"{declared.rtol:g} in each step, as the scene amplifies it"
+                f"the error of the {WORDS[quantity]} is {ratio:.2g} times what a method that keeps a request of "
+                f"{declared.rtol:g} in each step leaves in this scene"
             )
     return said
 
