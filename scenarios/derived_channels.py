@@ -144,6 +144,13 @@ DERIVED_CHANNELS = {channel.name: channel for channel in DERIVED}
 """Every derived channel by its name"""
 
 
+EFFECT_COLUMNS = {
+    column.removeprefix("effect"): channel
+    for channel in DERIVED for column in channel.columns if column.startswith("effect_")
+}  # fmt: skip
+"""Channels by the ends of their columns' names, which begin with that of an effect"""
+
+
 def channel_of(name: str) -> Channel | None:
     """Channel, stored or derived, of this name or with a column of this name; None if there is none.
 
@@ -151,5 +158,4 @@ def channel_of(name: str) -> Channel | None:
     """
     pattern = (numbered_part(name) or (name,))[0]
     found = next((c for c in (*STORED, *DERIVED) if name == c.name or pattern in c.columns), None)
-    ends = {column.removeprefix("effect"): c for c in DERIVED for column in c.columns if column.startswith("effect_")}
-    return found or next((c for end, c in ends.items() if pattern.endswith(end)), None)
+    return found or next((c for end, c in EFFECT_COLUMNS.items() if pattern.endswith(end)), None)

@@ -50,7 +50,7 @@ from barchain.solutions.judging import (
     error_bar,
     establish_certified,
 )
-from barchain.solutions.proof import MISSING, PROOF, PROVEN, check_proof, proof_of
+from barchain.solutions.proof import MISSING, PROOF, PROVEN, NotCheckedError, check_proof, proof_of
 from barchain.solutions.reference import closely_sampled
 
 if TYPE_CHECKING:
@@ -294,8 +294,8 @@ def check(scene: Scene) -> CommittedTableCheck:
     fault, unchecked = "", MISSING
     try:
         fault = check_proof(scene, path)
-    except ArithmeticError as error:
-        unchecked = f"its last interval is not enclosed again: {error}"
+    except NotCheckedError as error:
+        unchecked = str(error)
     checked = f"; its proof was checked in part: {unchecked}" if unchecked else ", with its proof"
     proof = checked if PROOF in head_of(path) else ""
     table = CommittedTableCheck(name, shares(kept, again), fault or check_digits(scene, path), proof)

@@ -63,6 +63,10 @@ MISSING = "" if find_spec("flint") else "python-flint is not installed; pip inst
 """Reason why nothing is enclosed here; empty if it can be"""
 
 
+class NotCheckedError(ArithmeticError):
+    """A proof that can't be verified anew; the message gives the reason."""
+
+
 class ExcludedError(ValueError):
     """An enclosure excludes a certified value; the message has the value."""
 
@@ -325,7 +329,7 @@ def check_proof(scene: Scene, path: Path) -> str:
 
     Raises
     ------
-    TooWideError
+    NotCheckedError
         If the stored ball, which has the rounding of the low parts, is too wide for that.
     """
     stored = proof_of(path)
@@ -338,12 +342,16 @@ def check_proof(scene: Scene, path: Path) -> str:
     from flint import ctx  # noqa: PLC0415
 
     from barchain.solutions.enclosure.run import Effort, enclose, order_for  # noqa: PLC0415  # flint
+    from barchain.solutions.enclosure.series import TooWideError  # noqa: PLC0415  # flint
 
     bits, (begin_s, end_s) = round(proof.bits * OTHER_BITS), values.t_s[-2:].tolist()
     ctx.prec = bits
     stored_balls = balls_of(values, proof)
     begin, effort = state_of(stored_balls, -2), Effort(bits, order_for(bits))
-    (last,) = enclose(scene, [end_s], begin, effort, start_s=begin_s)
+    try:
+        (last,) = enclose(scene, [end_s], begin, effort, start_s=begin_s)
+    except TooWideError as error:
+        raise NotCheckedError(f"its last interval is not enclosed again: {error}") from None
     again = by_quantity(last, scene.bars)
     for quantity in stored_balls.keys() - {"impulse"}:
         pairs = zip(stored_balls[quantity][-1].ravel(), again[quantity].ravel(), strict=True)

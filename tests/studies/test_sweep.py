@@ -266,6 +266,11 @@ def test_the_usual_measures_are_those_that_the_scene_has() -> None:
     assert len(measures_of([], load_scene("paper/fig13"))) == 3
 
 
+def test_the_column_of_one_effect_is_measured_as_it_is_written() -> None:
+    found = swept("effects/drag", ["run.samples=3", "run.orbits=0.01"], "peak(drag_force_1_x_N)")
+    assert found.samples["peak(drag_force_1_x_N)"][0] > 0.0
+
+
 def test_a_chain_of_other_numbers_of_bars_is_measured_where_it_has_the_bar() -> None:
     tables = {
         "title": "bars", "source": "test", "orbit": {"altitude_m": 4e5}, "run": {"orbits": 0.01, "samples": 3},

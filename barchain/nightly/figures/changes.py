@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from barchain.metrics.quantities import TRACK
 from barchain.nightly.figures.figure import STEPPED, Figure, FigureIdentity, FigureKind, content_digest
 from reports.results.comparison import COMPARISON
 from reports.results.nights.document import multiple
@@ -236,19 +237,18 @@ def compared(was: Figure, now: Figure) -> Judgement | None:
 
 ROUNDING_LEVEL = 30.0
 """Errors below so many shares of rounding are rounding themselves: the share is an estimate of its size, not a bound"""
-BOUNDED = ("com", "com_velocity")
-"""Quantities whose share is a bound: Kepler's orbit alone lets roundings grow, not the scene's amplification"""
 
 
 def is_above(level: Figure, now: Figure) -> bool:
     """Whether a figure is worse than its level.
 
     Errors and verdicts can be, and a figure that is missing. An error at the level of rounding is a draw of rounding:
-    it is news when it moves, and never worse.
+    it is news when it moves, and never worse. The share of the track is a bound: its roundings grow by Kepler's orbit
+    alone, not by the scene's amplification.
     """
     if level.missing or now.missing:
         return now.missing and not level.missing
-    shares = 1.0 if now.identity.quantity.partition(".")[0] in BOUNDED else ROUNDING_LEVEL
+    shares = 1.0 if now.identity.quantity.partition(".")[0] in TRACK else ROUNDING_LEVEL
     if now.identity.kind is FigureKind.ERROR and (now.value or 0.0) <= shares * (now.tolerance or 0.0):
         return False
     return now.identity.kind in COMPARED and differs(level, now, Direction.WORSE)

@@ -263,9 +263,11 @@ class Suite:
             more = yield list(map(self.run_of, jobs))
             runs |= dict(zip((job.role for job in jobs), more, strict=True))
             found = yield from verdict_case(engine, loaded, setting, gathered(runs), solution)
-        finer = finer_words(scene, setting)
-        told = [row | {"reason": f"{row['reason']}; {finer}"} if exceeds(row) else row for row in found.rows]
-        return dataclasses.replace(found, rows=told) if finer else found
+        if finer := finer_words(scene, setting):  # an error above the bound, as unstable steps leave, is told with it
+            far = Outcome.EXCEEDS_BOUND
+            rows = [r | {"reason": f"{r['reason']}; {finer}"} if r["outcome"] == far else r for r in found.rows]
+            found = dataclasses.replace(found, rows=rows)
+        return found
 
     def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
         """Store a verdict and report it."""
@@ -295,11 +297,6 @@ class Suite:
                 self.keep_rows(name, engine, verdict)
             else:
                 self.settle(name, engine, verdict)
-
-
-def exceeds(row: Row) -> bool:
-    """Whether a row has an error above the expected one, as steps leave that are too long for the fastest motion."""
-    return bool(row["outcome"] == Outcome.EXCEEDS_BOUND)
 
 
 def beforehand(jobs: list[Job]) -> list[str]:

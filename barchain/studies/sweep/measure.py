@@ -11,7 +11,7 @@ import numpy as np
 from barchain.metrics.derived import DerivedError
 from scenarios import nearest
 from scenarios.channels import STORED, numbered_part
-from scenarios.derived_channels import DERIVED
+from scenarios.derived_channels import DERIVED, channel_of
 from scenarios.text import shorten
 
 if TYPE_CHECKING:
@@ -60,8 +60,8 @@ class Measure:
 
     def __str__(self) -> str:
         """``largest(tension_N[2])``, with the unit in the channel's name as in that of a column."""
-        number = {0: "", LAST: "[last]"}.get(self.number, f"[{self.number}]")
-        of = self.column or f"{self.channel.column_of()}{number}"
+        number = "last" if self.number == LAST else self.number
+        of = self.column or f"{self.channel.column_of()}{f'[{number}]' if number else ''}"
         return f"{self.over}({of})"
 
     def of(self, columns: Mapping[str, Array]) -> float:
@@ -148,20 +148,16 @@ def parse(text: str) -> Measure:
         raise MeasureError(
             f"--measure {text}: no {over}{nearest(over, OVER_TIME)}, allowed: {', '.join(OVER_TIME)}, p0 to p100"
         )
-    named = {name: channel for name, channel in CHANNELS.items() if of in (name, channel.column_of())}
-    pattern = (numbered_part(of) or (of,))[0]
-    columns = {name: channel for name, channel in CHANNELS.items() if pattern in channel.columns}
-    if not named and not columns:
+    named = next((channel for channel in CHANNELS.values() if of in (channel.name, channel.column_of())), None)
+    channel = named or channel_of(of)
+    if channel is None or channel.name not in CHANNELS:
         near = nearest(of, CHANNELS)
         raise MeasureError(f"--measure {text}: no channel or column {of}{near}; `barchain explain channels` lists them")
     if number is not None:
-        channel = next(iter((named or columns).values()))
         place = LAST if number == "last" else int(number)
         if not named or not channel.of.numbered or not place:
             raise MeasureError(
                 f"--measure {text}: [{number}] given, allowed: the number of a bar or joint, from 1, or last"
             )
         return Measure(over, channel, place)
-    if named:
-        return Measure(over, next(iter(named.values())))
-    return Measure(over, next(iter(columns.values())), column=of)
+    return Measure(over, channel, column="" if named else of)
