@@ -285,6 +285,7 @@ def varying_rate(scene: Scene, trajectory: Trajectory, *, resolved: bool) -> Arr
     the median: chaotic runs of four and six bars, 40 intervals of each, at 200 and 400 steps per orbit. Other samples
     pass over folds, and the largest derivatives of the whole run count at each instant. The fastest mode of the chain
     is no measure: unless excited, the mode is in no derivative.
+    An end body's swing that samples pass over (:func:`unseen_swing`) has its own rate.
     """
     t, rate = trajectory.t_s, trajectory.rate_rad_s
     if rate is None:
@@ -292,10 +293,26 @@ def varying_rate(scene: Scene, trajectory: Trajectory, *, resolved: bool) -> Arr
     third = second_derivative(t, rate)
     fifth = second_derivative(t, first_derivative(t, first_derivative(t, rate)))
     slowest = np.maximum(np.abs(rate).max(axis=1), math.sqrt(3.0) * orbit_rate_bound(scene, trajectory))
+    if unseen_swing(scene, trajectory):
+        slowest = np.maximum(slowest, scene.swing_rate_rad_s)
     if not resolved:
         third, fifth, slowest = (np.full(len(t), values.max()) for values in (third, fifth, slowest))
     found: Array = np.maximum(slowest, np.sqrt(fifth / np.maximum(third, slowest**3)))
     return found
+
+
+def unseen_swing(scene: Scene, trajectory: Trajectory) -> float:
+    """Largest rate of an end body against its neighbour, rad/s; 0 where samples show the swing, or there is none.
+
+    The body swings far faster than the chain moves: samples between which it swings by a radian meet it in all its
+    phases, so that they show how large its rate is, while their differences do not show how the rate varies.
+    """
+    rate, chain = trajectory.rate_rad_s, scene.chain
+    spacing = np.diff(trajectory.t_s).max(initial=0.0)
+    if rate is None or not chain.bodies or spacing * scene.swing_rate_rad_s * FINE_PER_RADIAN <= 1.0:
+        return 0.0
+    against = np.abs(np.diff(rate, axis=1))
+    return float(max(against[:, 0 if bar == 1 else -1].max() for bar in chain.bodies))
 
 
 def end_derivatives(engine: Declarations, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
@@ -310,8 +327,9 @@ def end_derivatives(engine: Declarations, scene: Scene, trajectory: Trajectory) 
     if engine.coordinates is Coordinates.ROTATING_FRAME and scene.effects.gravity is not Gravity.NONE:
         rate = rate - orbit_rate(trajectory)[:, None]
     fastest = np.abs(rate).max(axis=1)
-    turn = np.abs(first_derivative(trajectory.t_s, rate)).max(axis=1)
-    jerk = second_derivative(trajectory.t_s, rate)
+    swing = unseen_swing(scene, trajectory)
+    turn = np.abs(first_derivative(trajectory.t_s, rate)).max(axis=1) + swing * scene.swing_rate_rad_s
+    jerk = second_derivative(trajectory.t_s, rate) + swing * scene.swing_rate_rad_s**2
     return turn + fastest**2, jerk + 3.0 * fastest * turn + fastest**3
 
 

@@ -150,6 +150,17 @@ def test_a_bar_that_is_hard_to_turn_is_no_false_alarm(tmp_path):
     assert out(judged(Exudyn, solution_of(scene))) == set()
 
 
+def test_a_swing_of_an_end_body_that_samples_pass_over_is_no_false_alarm():
+    scene = short("published/tips", 0.4, 161)  # 16 s between samples, and swings of 37 to 60 s
+    assert out(judged(Exudyn, solution_of(scene))) == set()
+
+
+@pytest.mark.slow
+def test_what_a_fast_start_leaves_in_undamped_multipliers_is_no_false_alarm_after_dampers_slowed_the_motion():
+    free_flyer = solution_of(load_scene("effects/free_flyer"))
+    assert "reaction" not in out(judged(Exudyn, free_flyer))
+
+
 @pytest.mark.exhaustive
 def test_a_straight_track_is_exact_but_for_rounding(free):
     solution = solution_of(free)

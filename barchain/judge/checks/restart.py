@@ -171,10 +171,11 @@ def samples_tried(samples: float) -> int:
 def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last: int) -> RestartSegment:
     """Compare samples `first` to `last` of a run, as far as they can be predicted from the first.
 
-    A value read from a step may belong to the motion before the first sample, such as the end of a manoeuvre, and its
-    ringing lasts where the method damps nothing. In scenes with such instants, the errors of reading of the whole run
-    up to the first sample are allowed besides. In a manoeuvre and just after it they are errors of the state, too. The
-    perturbation that measures amplification is the engine's error at the predictability limit before amplification.
+    A value read from a step may belong to the motion before the first sample, such as the end of a manoeuvre or what
+    dampers have slowed, and its ringing lasts where the method damps nothing. In such scenes the errors of reading of
+    the whole run up to the first sample are allowed besides. In a manoeuvre and just after it they are errors of the
+    state, too. The perturbation that measures amplification is the engine's error at the predictability limit before
+    amplification.
     """
     scene, setting = errors.scene, errors.setting
     rtol = min(RTOL, TIGHTER * setting.value) if setting.parameter is AccuracyParameter.RTOL else RTOL
@@ -185,7 +186,9 @@ def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last
         errors.solution, trajectory, first, trajectory.t_s[first : last + 1], max(rtol, SOLUTION_RTOL), aside_rad,
         lambda rate: resolving_s(errors.engine, setting, scene, FASTER_BETWEEN * rate),
     )  # fmt: skip
-    shown = errors.local.immediate if scene.effects.breaks_s else {}
+    joints = scene.effects.joint_spring_damper
+    slowed = joints is not None and any(joints.damping_N_m_s_rad)
+    shown = errors.local.immediate if scene.effects.breaks_s or slowed else {}
     before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
     model = restarted_model(errors, restarted, trajectory, first, before.get("rate", 0.0))
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
