@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 
 from adapters.trajectory import to_frame
-from barchain.metrics.quantities import TRACK
+from barchain.metrics.quantities import TRACK, components
 from barchain.result_files.judging import judge_files
 from barchain.solutions import proof as proof_module
 from barchain.solutions.certified_file import columns_of, head_of, motion_of, read_file, shipped_path, write_frame
 from barchain.solutions.proof import (
+    UNKNOWNS,
     ExcludedError,
     attach,
     balls_of,
     by_quantity,
     check_proof,
+    exactly,
     proof_of,
     prove,
     state_of,
@@ -81,6 +83,22 @@ def test_a_straight_chain_that_spins_freely_has_its_centrifugal_tension():
         assert found.reaction[2 * j].contains((tension * turned.cos()).mid())
         assert found.reaction[2 * j + 1].contains((tension * turned.sin()).mid())
     assert narrow(found.reaction[0], 1.0)
+
+
+def test_a_law_that_is_far_quicker_than_the_orbit_turns_its_bar_by_its_amplitude():
+    """Sines of the law grow exponentially on wide circles, where they bound nothing."""
+    scene = load_scene("conform/one_bar_law")
+    (turn,) = scene.effects.prescribed_rotation[0].turns
+    head, frame = read_file(shipped_path(scene.name))
+    row = frame[head["dense"] :].query("t_s < @turn.start_s").tail(1)
+    start = state_of(exactly(components(motion_of(row, head), UNKNOWNS)), 0)
+    times = [turn.start_s, turn.end_s]
+    before, after = (found.state for found in enclosed(scene, times, start, start_s=float(row["t_s"].iloc[0])))
+    x, y, vx, vy, angle, rate = before
+    gained = (rate - (x * vy - y * vx) / (x * x + y * y)) * number(turn.duration_s)  # on the local horizontal
+    longitude = flint.arb.atan2(after[1], after[0]) - flint.arb.atan2(y, x)
+    assert (after[4] - angle).overlaps(longitude + gained + number(turn.amplitude_rad))
+    assert narrow(after[4], 1.0)
 
 
 def test_a_wrong_sign_of_gravitys_torque_is_excluded_at_once():

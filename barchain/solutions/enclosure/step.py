@@ -54,6 +54,9 @@ SHARES, ARCS = (0.8, 0.65, 0.5, 0.4, 0.3, 0.2, 0.13, 0.08, 0.05, 0.02), (32, 96)
 TRIALS = sorted(((share, arcs) for share in SHARES for arcs in ARCS), key=lambda t: -t[0] / (60 + t[1]))
 """Radii of the circle, over the estimated radius of convergence, and numbers of arcs, by their gain: a series costs as
 much as some 60 arcs"""
+MOST_DEFECT = 2.0**40
+"""Largest defect on the circle, times its radius over the fastest speeds: more shortens a step by more than a smaller
+circle does. Sines of wide balls grow exponentially"""
 BEYOND = 1.0 + 2.0**-20
 """Widening of arcs, parts and circles, far above the rounding of their places"""
 MOST_TURNED = 6.0
@@ -250,7 +253,8 @@ class Stepper:
                 raise TooWideError("a determinant may vanish in the disc")
             off = [a - slope(at, width) for a, slope in zip([*seen.fall, *seen.turn], slopes, strict=True)]
             found = [f.max(x.abs_upper()) for f, x in zip(found, off, strict=True)]
-        if not all(x.is_finite() for x in found):
+        scale = [self.scale[j] for j in self.second]
+        if not all(x * rho < MOST_DEFECT * unit for x, unit in zip(found, scale, strict=True)):
             raise TooWideError("no bound on the circle")
         return [x.upper() for x in found]
 
