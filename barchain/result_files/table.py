@@ -29,6 +29,7 @@ MOST_BYTES = 1 << 27
 """A quarter of a million rows of twenty columns in full"""
 MOST_LINES, MOST_CELLS = 1_000_000, 20_000_000
 """Of a table: a cell takes some 60 bytes in memory"""
+JSON = re.compile(r'\s*(\{\s*"|\[\s*[\[{])')
 ARCHIVE = b"PK\x03\x04"
 SEPARATORS = ("\t", ";", ",", "|")
 BLANKS = " \t,;\x1a"
@@ -101,8 +102,9 @@ def read_table(path: Path) -> Table:
         text = decoded(content, "latin-1").lstrip("\ufeff")
     except UnreadableError as error:
         raise TableError(f"{file}: {error}") from None
-    if content.startswith(ARCHIVE) or "\0" in text:
-        kind = "a spreadsheet or an archive" if content.startswith(ARCHIVE) else "no text"
+    kind = "a spreadsheet or an archive" if content.startswith(ARCHIVE) else "no text" if "\0" in text else ""
+    kind = "JSON" if JSON.match(text) else kind
+    if kind:
         raise TableError(f"{file} is {kind}; write the table as CSV")
     whole = (LINE_END if LINE_END.search(text) else UNICODE_END).split(text)
     if len(whole) > MOST_LINES:

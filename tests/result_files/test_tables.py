@@ -211,7 +211,6 @@ REFUSED = {
         table(["t", "angle_1", "angle_2"], [["s", "xyz", "deg"], *ROWS]),
         "the unit xyz given"
     ),
-    "JSON": ('[{"t": 0, "angle_1": 1},\n{"t": 1, "angle_1": 2}]\n', "has no row of numbers"),
     "days before months, or after": (
         table(rows=with_times(["01/02/2026 12:00:00", "01/02/2026 12:00:10", "", ""])),
         "no date such as",
@@ -230,6 +229,8 @@ REFUSED = {
     "quotation marks alone": ('"\n' * 1000, "has no row of numbers"),
     "nothing": ("\n;;\n", "has no rows"),
     "a spreadsheet": ("PK\x03\x04\0\0", "is a spreadsheet"),
+    "JSON of columns": ('{"t_s": [0, 1], "angle_1_rad": [0, 1]}', "is JSON; write the table as CSV"),
+    "JSON of rows": ('[\n  {"t_s": 0, "angle_1_rad": 0}\n]', "is JSON; write the table as CSV"),
     "a date of another form": (table(rows=with_times(["2026-03-01T12:00:00", "2026-03-01T12:00:10", "noon", ""])),
                                r"line 4 \(row 3\), column 't_s': 'noon' is no date"),
 }  # fmt: skip
