@@ -353,11 +353,12 @@ def why_not_there(folder: Path, entry: Entry) -> str:
     """Reason why a program can't be started; empty if it can."""
     if entry.requirements and not (environment_of(entry.requirements) / READY).is_file():
         return f"its environment is not there; make it: {remedy(entry)}"
-    program = arguments(folder, entry, {})[0]
+    program, place = arguments(folder, entry, {})[0], os.path.relpath(folder / FILE)
     if shutil.which(program) is None:
-        return f"{program} is not there, or is no program; its entry is in {folder}"
+        program = os.path.relpath(program) if Path(program).is_absolute() else program
+        return f"{program} is not there, or is no program; its entry is in {place}"
     lacking = next((name for name in entry.files if not (folder / name).is_file()), "")
-    return f"{lacking}, one of its files, is not there; its entry is in {folder}" if lacking else ""
+    return f"{lacking}, one of its files, is not there; its entry is in {place}" if lacking else ""
 
 
 def remedy(entry: Entry) -> str:

@@ -6,11 +6,11 @@ import re
 import textwrap
 from collections import Counter
 from dataclasses import dataclass
-from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from reports.page import templates
 from reports.results.writing import write_atomically
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 FILE = "summary.md"
 MOST_ROWS = 30
 MOST_NAMED = 3
-"""Figures of a message"""
+"""Lines of a message on figures"""
 MOST_CHARACTERS = 200
 """Characters of a line of a message, other than the link"""
+SENTENCE_END = re.compile(r"(?<=[.…]) (?=[A-Z0-9])")
 NOT_REPRODUCIBLE = "not reproducible: the parts are the same, the bits are others"
 
 
@@ -44,26 +45,40 @@ def gate_comment(result: GateResult) -> str:
 def message(facts: NightlyFile, link: str = "", before: str = "") -> str:
     """Night in a few lines for mail or a chat: the sentences, the worst figures with suspects and a reason, a link.
 
-    Figures that follow each other and have the same suspects are followed by these once. `before` are sentences on a
-    later night that has no figures.
+    Figures of one scene and engine that are worse, or not, since one night are one line, with the gravest of them.
+    `before` are sentences on a later night that has no figures.
     """
     every, said = facts.listed, list[str]()
-    for change, after in zip_longest(every[:MOST_NAMED], every[1:MOST_NAMED]):
+    groups: dict[tuple[object, ...], list[ChangeEntry]] = {}
+    for change in every:
+        key = change.scene, change.engine, change.since, change.direction, change.accepted is None, change.suspects
+        groups.setdefault(key, []).append(change)
+    for change, *others in list(groups.values())[:MOST_NAMED]:
         own = dict.fromkeys(suspect.short for suspect in (*change.suspects, *change.newest))
-        suspects = ", ".join(own) or "no part that differs"
-        again = after is not None and (after.suspects, after.newest) == (change.suspects, change.newest)
-        names = "" if again or change.never_words else f" ({suspects})"
-        said.append(f"{change.dated(facts.night.name)}{names}")
-    if len(every) > MOST_NAMED:
-        said.append(f"and {len(every) - MOST_NAMED} more")
+        suspects = ", ".join(own) or ("unknown parts" if change.unknown else "no part that differs")
+        names = "" if change.never_words else f" ({suspects})"
+        more = f", and {plural(len(others), 'more figure')} there" if others else ""
+        said.append(f"{change.dated(facts.night.name)}{more}{names}")
+    left = sum(map(len, list(groups.values())[MOST_NAMED:]))
+    said += [f"and {left} more"] if left else []
     changed = {(change.scene, change.engine) for change in every}
     said += [rejected.words for rejected in facts.rejected if (rejected.scene, rejected.engine) in changed][:1]
     if not said:
         said = [rejected.words for rejected in facts.rejected[:MOST_NAMED]]
-    sentences = [line for text in (before, facts.sentence) for line in textwrap.wrap(text, MOST_CHARACTERS)]
+    sentences = [line for text in (before, facts.sentence) for line in lines_of(text)]
     left_out = [facts.left_out_words] if facts.left_out else []
     lines = [textwrap.shorten(line, MOST_CHARACTERS, placeholder=" …") for line in (*said, *left_out)]
     return "\n".join([*sentences, *lines, link or facts.night.name])
+
+
+def lines_of(text: str) -> list[str]:
+    """Sentences in lines of at most :data:`MOST_CHARACTERS`: as many whole ones as fit into each."""
+    found: list[str] = []
+    for sentence in SENTENCE_END.split(text):
+        together = f"{found[-1]} {sentence}" if found else sentence
+        fits = len(together) <= MOST_CHARACTERS
+        found[-1:] = [together] if fits else [*found[-1:], *textwrap.wrap(sentence, MOST_CHARACTERS)]
+    return list(filter(None, found))
 
 
 @dataclass(frozen=True)

@@ -66,4 +66,6 @@ def no_results(folder: Path) -> str:
         )
     if any(folder.glob("record.json")) or any(folder.glob("*/record.json")):
         return f"{folder}: results of barchain 0.6 or earlier, which this one does not read; run the study again"
+    if any(studies_in(part) for part in folder.glob("*/")):
+        return f"{folder}: results are in folders of it; give one of these"
     return f"{folder}: no results there; give a folder with results of: {', '.join(files.study for files in STUDIES)}"

@@ -84,7 +84,7 @@ def faults_of_a_history(sound: Path, folder: Path, number: int, capsys: pytest.C
 
 
 @pytest.mark.parametrize("content", OTHER)
-@pytest.mark.parametrize("name", ["told.json", "accepted.toml", "attributed"])
+@pytest.mark.parametrize("name", ["accepted.toml", "attributed"])
 def test_a_file_of_a_history_with_something_else_is_named_in_one_line(
     name: str, content: bytes, nights: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

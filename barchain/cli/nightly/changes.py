@@ -127,7 +127,9 @@ def covered(chosen: Sequence[Change]) -> str:
 
     worse = [change for change in chosen if change.direction == "worse"] or chosen
     largest = max(worse, key=lambda change: change.factor or 0.0)
-    what = ratio_words(largest.factor) if largest.factor else " → ".join(results_words(largest))
+    was, became = results_words(largest)
+    never = largest.last == largest.since  # a run that failed from the first night on
+    what = ratio_words(largest.factor) if largest.factor else became if never else f"{was} → {became}"
     up_to = "up to " if len(worse) > 1 and largest.factor else ""
     return f"covers {up_to}{what} in {amount(largest.steps, 'step')} since {largest.since}"
 

@@ -17,7 +17,7 @@ from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
 from barchain.cli.nightly.documents import killed_nights, report_night, results_site, tell_night
-from barchain.cli.nightly.options import history_option, opened
+from barchain.cli.nightly.options import history_option, opened, say_left_out
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -64,8 +64,7 @@ def add(folders: tuple[Path, ...], url: str | None) -> None:
 def list_nights(url: str | None, as_json: bool) -> None:
     """List all nights in the order of their starts."""
     store = opened(url)
-    for folder, reason in store.check().items():
-        say(f"{folder}: left out: {reason}", err=True)
+    say_left_out(store)
     for name in killed_nights(store):
         say(f"{name}: was begun and did not end; the next `barchain nightly` goes on with it, or adds it", err=True)
     nights = store.nights()
@@ -134,8 +133,7 @@ def export(path: Path, url: str | None) -> None:
 
     store = opened(url)
     need_writable(path, "--parquet")
-    for folder, reason in store.check().items():
-        say(f"{folder}: left out: {reason}", err=True)
+    say_left_out(store)
     say(f"{path}: {plural(export_parquet(store, path), 'figure')}")
 
 

@@ -26,7 +26,7 @@ from barchain.cli.nightly.documents import (
     show_night,
     write_documents,
 )
-from barchain.cli.nightly.options import history_option, opened
+from barchain.cli.nightly.options import history_option, opened, say_left_out
 from barchain.nightly.errors import HistoryError, need_extra
 from barchain.nightly.figures.storage import VARIABLE
 
@@ -107,8 +107,7 @@ def run_and_tell(
     if baseline is not None:
         baseline_night(store, baseline)  # a wrong name is told before anything runs
     store.place.need_writable()
-    for folder, reason in store.check().items():
-        say(f"{folder}: left out: {reason}", err=True)
+    say_left_out(store)
     every = store.nights()
     if not every:
         say(f"history: begins in {store}", err=True)
@@ -174,4 +173,4 @@ def words(result: PartResult) -> str:
     """Result of a job in one line."""
     reason = f": {result.reasons}" if result.reasons else ""
     left = f"; {len(result.left)} go first on the next night" if result.left else ""
-    return f"{result.name}: {result.state} after {result.duration_s:.0f} s{reason}{left}"
+    return f"{result.name}: {result.shown_state} after {result.duration_s:.0f} s{reason}{left}"

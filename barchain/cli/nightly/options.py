@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.numbers import WORDS
+from barchain.cli.common.terminal import say
 from barchain.nightly.errors import need_extra
 from barchain.nightly.figures.storage import default_url
 
@@ -35,3 +36,12 @@ def opened(url: str | None, *, create: bool = False) -> NightStore:
     from barchain.nightly.history.nights import open_store  # noqa: PLC0415
 
     return open_store(url or default_url(), create=create)
+
+
+def say_left_out(store: NightStore) -> None:
+    """Say which nights, and which files of nights, do not count, each with the reason; all files are read."""
+    from barchain.nightly.history.news import left_out  # noqa: PLC0415
+
+    store.check()
+    for name, reason in left_out(store).items():
+        say(f"{name}: left out: {reason}", err=True)

@@ -82,8 +82,8 @@ def suspects_of(change: Change, nights: Mapping[str, NightSummary]) -> tuple[Sus
 
 def unknown_parts(change: Change, nights: Mapping[str, NightSummary]) -> tuple[str, ...]:
     """Parts behind a change of which it is not known whether they differ: of equal versions, without a digest."""
-    if change.last not in nights or change.since not in nights:
-        return ()
+    if gone := [name for name in (change.last, change.since) if name not in nights]:
+        return (f"all parts, as the night {gone[0]} is not there any more",)
     last, since = nights[change.last].part_named, nights[change.since].part_named
     both = [name for name in sorted({*change.was.depends, *change.now.depends}) if name in last and name in since]
     return tuple(

@@ -254,8 +254,8 @@ def folded_of_nights(
     place = {night.name: k for k, night in enumerate(nights)}
     machine = chosen.environment.machine_class
     own = [night for night in nights[: place[chosen.name] + 1] if night.environment.machine_class == machine]
-    kept = kept_levels(store, own, {night.name: night.digest for night in nights}, wrong)
     others = [night for night in nights[: place[own[0].name]] if night.added <= own[0].added]
+    kept = kept_levels(store, own, others[-1:], {night.name: night.digest for night in nights}, wrong)
     if kept is not None and kept.table.night == chosen.name:
         return kept
     table = LevelTable() if kept is None else kept.table
@@ -278,14 +278,26 @@ def folded_of_nights(
 
 
 def kept_levels(
-    store: NightStore, own: Sequence[NightSummary], digests: Mapping[str, str], wrong: Collection[str]
+    store: NightStore,
+    own: Sequence[NightSummary],
+    base: Sequence[NightSummary],
+    digests: Mapping[str, str],
+    wrong: Collection[str],
 ) -> FoldedNight | None:
-    """Levels of the latest night that keeps some that hold."""
+    """Levels of the latest of some nights that keeps some that hold.
+
+    They fold all earlier nights, and the `base` of another class, that were there when the night was added. Levels that
+    came with a night from another history fold that one's nights, and would hide what is open in this one.
+    """
     there = {name.partition("/")[0] for name in store.place.sizes(f"*/{FILE}")}
-    for night in reversed(own):
+    for k, night in reversed([*enumerate(own)]):
         found = read_levels(store.place, night) if night.name in there else None
-        if found is not None and not any(
-            name in wrong or digests.get(name, digest) != digest for name, digest, _ in found.table.folded
+        if found is None:
+            continue
+        folded = {name: digest for name, digest, _ in found.table.folded}
+        before = {one.name for one in (*base, *own[:k]) if one.added <= night.added}
+        if before <= folded.keys() and not any(
+            name in wrong or digests.get(name, digest) != digest for name, digest in folded.items()
         ):
             return found
     return None

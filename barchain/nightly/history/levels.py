@@ -153,6 +153,11 @@ class JudgedNight(FoldedNight):
         return {night.name: night for night in (*self.compared_with, self.night)}
 
     @property
+    def is_first(self) -> bool:
+        """Whether no night came before; one that is pruned did."""
+        return len(self.table.folded) <= 1
+
+    @property
     def replanned(self) -> bool:
         """Whether the night before had another plan."""
         return bool(self.compared_with) and self.compared_with[-1].plan != self.night.plan

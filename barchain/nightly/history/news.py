@@ -125,21 +125,25 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
 
 
 def told_by(store: NightStore) -> dict[str, ToldNight]:
-    """What each night told, by the name of the night.
+    """What each night told, by the name of the night; a damaged file tells nothing (:func:`left_out`)."""
+    return {name: told for name, told in read_told(store).items() if told is not None}
 
-    Raises
-    ------
-    HistoryError
-        If a file is damaged.
-    """
-    told = {}
+
+def read_told(store: NightStore) -> dict[str, ToldNight | None]:
+    """What each night told, in the order of nights; None of a damaged file."""
+    found: dict[str, ToldNight | None] = {}
     for name, content in sorted(store.place.read_all(list(store.place.sizes(f"*/{FILE}"))).items()):
         try:
-            told[name.removesuffix(f"/{FILE}")] = formed(ToldNight, content)
-        except ValueError as error:
-            said = f"{store}/{name} is damaged ({error}); remove it, and the night is judged anew"
-            raise HistoryError(said) from None
-    return told
+            found[name.removesuffix(f"/{FILE}")] = formed(ToldNight, content)
+        except ValueError:
+            found[name.removesuffix(f"/{FILE}")] = None
+    return found
+
+
+def left_out(store: NightStore) -> dict[str, str]:
+    """Nights that count as not there, and files that tell nothing, each with the reason."""
+    damaged = [f"{name}/{FILE}" for name, told in read_told(store).items() if told is None]
+    return store.left_out() | dict.fromkeys(damaged, "it is damaged; copy it again, or remove it")
 
 
 def steps_before(told: Mapping[str, ToldNight], before: str) -> dict[str, list[tuple[str, bool]]]:

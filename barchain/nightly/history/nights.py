@@ -143,14 +143,10 @@ class NightStore:
         more = {name: f"it is a copy of {kept}" for name, kept in copies(whole.values()).items()}
         return dict(sorted((torn | more).items()))
 
-    def check(self) -> dict[str, str]:
-        """Read the figures of all nights, and give those that count as not there, with the reasons.
-
-        A damaged night is left out from then on, and costs itself alone.
-        """
+    def check(self) -> None:
+        """Read the figures of all nights: a damaged one is left out from then on, and costs itself alone."""
         for _ in self.contents(self.nights()):
             pass
-        return self.left_out()
 
     def summary(self, name: str) -> NightSummary:
         """Night by its name, the beginning of it, or ``latest``.

@@ -13,7 +13,7 @@ from barchain.nightly.figures.changes import VERDICT, results_words
 from barchain.nightly.figures.figure import STEPPED, FigureKind
 from barchain.nightly.figures.suspects import differing, suspects_of, unknown_parts
 from barchain.nightly.history.acceptances import accepted, accepting
-from barchain.nightly.history.news import attributed_words
+from barchain.nightly.history.news import attributed_words, left_out
 from barchain.nightly.history.standing import every_change, standing
 from barchain.nightly.telling.sentence import opening
 from reports.results.comparison import EXPLAINED
@@ -95,7 +95,7 @@ def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: 
         standing=worse,
         held=held,
         renamed=judged.renamed,
-        left_out=store.left_out(),
+        left_out=left_out(store),
         so_far=judged.so_far,
         run=judged.night.run,
     )  # fmt: skip

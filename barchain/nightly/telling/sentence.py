@@ -48,7 +48,7 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     unmeasured = not_measured(facts.run, complete=night.complete)
     if baseline and not judged.judged:
         return joined(unmeasured, f"Nothing was compared: {baseline} has no figure of this night.")
-    if not judged.compared_with:
+    if judged.is_first:
         return joined(
             unmeasured, no_pass(facts.rejected), "This is the first night: there is no earlier one to compare it with."
         )
@@ -65,7 +65,8 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     many = plural(judged.judged, "measured figure" if facts.standing else "figure")
     quiet = f"Nothing changed{since} among {many}."
     if facts.standing:
-        quiet = f"Nothing is new among {many}." if unseen else "Nothing is new tonight."
+        tonight = "Nothing else changed tonight." if judged.new else "Nothing is new tonight."
+        quiet = f"Nothing is new among {many}." if unseen else tonight
     if not judged.judged:
         quiet = NOT_JUDGED if night.figures else NO_FIGURES
     broken = "" if news or facts.standing else no_pass(facts.rejected)
@@ -75,7 +76,7 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     return joined(
         standing, news, unmeasured, broken, "" if news else quiet,
         "" if baseline else not_ended(judged.compared_with),
-        counted(held, "figure", "worse than before, and accepted"),
+        counted(held, "figure", "worse, and accepted"),
         renamed_words(judged.renamed), plan_words(judged, baseline),
     )  # fmt: skip
 
@@ -101,7 +102,7 @@ def standing_words(every: Sequence[ChangeEntry], new: int, night: NightSummary) 
         standing, new = list(every), 0
     groups: dict[tuple[str, str], list[ChangeEntry]] = {}
     for change in standing:
-        names = "from its first night on" if change.never_words else suspect_names(change.suspects)
+        names = "from the first night on" if change.never_words else suspect_names(change.suspects)
         groups.setdefault((change.since[:10], names), []).append(change)
     count = figures(standing)
     unseen = figures([change for change in standing if change.measured])
@@ -293,7 +294,7 @@ def causes(changes: Sequence[ChangeEntry]) -> str:
 
 def cause(change: ChangeEntry) -> str:
     """Cause of a change in words."""
-    if len(change.suspects) == 1:
+    if len(change.suspects) == 1 and not change.unknown:
         (only,) = change.suspects
         since = f"since {only.short} {only.after or '(gone)'}".rstrip()
         return since if verdict(change) in ("", AttributionVerdict.CONFIRMED) else f"{since}, {verdict(change)}"
@@ -302,7 +303,9 @@ def cause(change: ChangeEntry) -> str:
     if change.suspects:
         names = [suspect.short for suspect in change.suspects]
         more = len(names) - MOST_SUSPECTS
-        return f"with the suspects {listed([*names[:MOST_SUSPECTS], f'{amount(more)} more'] if more > 0 else names)}"
+        few = [*names[:MOST_SUSPECTS], f"{amount(more)} more"] if more > 0 else names
+        unknown = [f"perhaps {change.unknown[0]}"] if change.unknown else []
+        return f"with the suspects {listed([*few, *unknown])}"
     return "with unknown cause" if change.unknown else "without a change of any part"
 
 

@@ -120,9 +120,10 @@ def calendar(nights: Sequence[NightSummary], told: Told, known: Sequence[Accepta
     for night in nights:
         facts = told.get(night.name)
         changes = len(facts.tonight) if facts else 0
+        held = facts is not None and bool(facts.standing)  # accepted, if the night is not worse
         state = (
             "void" if night.void else "worse" if facts and facts.worse(known) else "incomplete" if not night.complete
-            else "changed" if changes else "first" if facts and not facts.judged else "quiet"
+            else "changed" if changes or held else "first" if facts and not facts.judged else "quiet"
         )  # fmt: skip
         found.append(CalendarNight(night.name, night.started.isoformat(), state, changes))
     return tuple(found)

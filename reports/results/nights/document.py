@@ -476,7 +476,8 @@ class NightlyFile(Entry):
         """Nights that count as not there, in one line; empty without any."""
         count = len(self.left_out)
         are = "is" if count == 1 else "are"
-        said = f"{plural(count, 'night')} of the history {are} damaged, or there twice, and left out"
+        what = "night or file" if any("/" in name for name in self.left_out) else "night"
+        said = f"{plural(count, what)} of the history {are} damaged, or there twice, and left out"
         return f"{said}: {some_of(tuple(self.left_out))}" if count else ""
 
     @property

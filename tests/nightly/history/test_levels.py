@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from barchain.nightly.figures.changes import ROUNDING_LEVEL, Direction
+from barchain.nightly.figures.suspects import unknown_parts
 from barchain.nightly.history.acceptances import accept, accepted
 from barchain.nightly.history.judging import (
     FILE,
@@ -19,13 +20,15 @@ from barchain.nightly.history.judging import (
     judge,
     read_levels,
 )
-from barchain.nightly.history.news import keep_judgement
+from barchain.nightly.history.news import keep_judgement, left_out
+from barchain.nightly.history.nights import open_store
 from barchain.nightly.history.pruning import needed_nights
 from barchain.nightly.history.standing import standing
 from tests.nightly.history.synthetic import ENVIRONMENT, bits, count, error, night, ratio, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from barchain.nightly.history.levels import JudgedNight
     from barchain.nightly.history.nights import NightStore
@@ -247,6 +250,41 @@ def test_levels_that_a_night_lost_are_folded_again(store: NightStore, damage: st
             store.place.write(f"{one.name}/{FILE}", broken)
     assert judge(store).tonight == before.news
     assert folded_night(store, store.summary("latest"), store.nights()) == before
+
+
+def test_levels_of_a_night_from_another_history_hide_nothing_that_is_open(store: NightStore, tmp_path: Path) -> None:
+    add(store, 1, 5, 5)
+    other = open_store(str(tmp_path / "other"), create=True)
+    add(other, 5, first=3)
+    (copied,) = other.nights()
+    for name in other.place.sizes("*/*"):
+        store.place.write(name, other.place.read(name) or b"")
+    assert read_levels(store.place, copied) is not None
+    assert red(store) == [(pytest.approx(5.0), 1)]
+    add(store, 5, first=4)
+    assert red(store) == [(pytest.approx(5.0), 1)]
+
+
+def test_what_an_earlier_night_told_is_no_loss_if_its_file_is_damaged(store: NightStore) -> None:
+    add(store, 1, 5, 5)
+    path = f"{store.nights()[1].name}/told.json"
+    store.place.write(path, b"{")
+    assert red(store) == [(pytest.approx(5.0), 1)]
+    assert path in left_out(store)
+
+
+def test_the_night_after_pruned_ones_is_not_the_first(store: NightStore) -> None:
+    add(store, 1, 1, 1)
+    store.prune(keep=1)
+    assert not judge(store).is_first
+
+
+def test_parts_behind_a_change_since_a_pruned_night_are_unknown(store: NightStore) -> None:
+    judged = add(store, 1, 1, 5)
+    (change,) = judged.tonight
+    assert unknown_parts(change, judged.by_name) == ()
+    (unknown,) = unknown_parts(change, {judged.night.name: judged.night})
+    assert change.last in unknown
 
 
 def test_levels_come_back_from_their_file_as_they_were(store: NightStore) -> None:

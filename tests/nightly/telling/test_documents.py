@@ -222,7 +222,7 @@ def test_an_earlier_change_for_the_worse_no_longer_fails_once_it_is_accepted(his
     assert [c.quantity for c in facts.held] == ["attitude.max"]
     assert "fewer steps on purpose" in (tmp_path / "out" / "nightly.html").read_text("utf-8")
     summary = (tmp_path / "out" / "summary.md").read_text("utf-8")
-    assert "One figure is worse than before, and accepted" in summary
+    assert "One figure is worse, and accepted" in summary
     assert "accepted by Ada on" in summary
 
 

@@ -47,7 +47,7 @@ def said(*changes: ChangeEntry, **more: Any) -> str:
         ),
         judged=more.get("judged", 900), renamed=(),
         compared_with=tuple(SimpleNamespace(run=None) for _ in range(more.get("earlier", 5))) + more.get("before", ()),
-        replanned="replanned" in more,
+        replanned="replanned" in more, is_first=not more.get("earlier", 5),
     )  # fmt: skip
     judged.new, judged.left_out = more.get("replanned", (0, 0))
     standing = more.get("standing", ())
@@ -214,7 +214,7 @@ def test_an_engine_that_never_worked_is_told_before_nothing_changed(earlier: int
 
 
 def test_figures_that_are_worse_and_accepted_are_told() -> None:
-    assert said(held=23) == "Nothing changed tonight among 900 figures. 23 figures are worse than before, and accepted."
+    assert said(held=23) == "Nothing changed tonight among 900 figures. 23 figures are worse, and accepted."
 
 
 def test_a_change_is_shown_with_the_digits_that_tell_its_results_apart() -> None:
@@ -287,7 +287,7 @@ def test_a_figure_that_fails_tonight_from_its_first_night_on_is_new() -> None:
     tonight = "2026-11-29T02-00-00-abcdef01"
     first = change(figure="first", since=tonight, last=tonight, **verdict)
     assert said(standing=[first], night=tonight).startswith(
-        "One figure is worse than accepted since 29 November (from its first night on)."
+        "One figure is worse than accepted since 29 November (from the first night on)."
     )
     assert said(standing=[first, *since("2026-11-03")], night=tonight).startswith(
         "Two figures are worse than accepted, one of them new tonight; the other one by ×5 since 3 November"
