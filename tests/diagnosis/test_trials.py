@@ -15,7 +15,7 @@ from barchain.judge.diagnosis.mean_elements import by_mean_elements
 from barchain.judge.diagnosis.motion.numbers import numbers, read
 from barchain.judge.diagnosis.trial_search import MOST_STEPS, TrialSearch, outdone
 from barchain.judge.diagnosis.trials import further_trials, motion_from, start_speed
-from scenarios import Axes, End, Gravity, Thrust, load_scene
+from scenarios import Axes, End, Gravity, Thrust, load_scene, make_scene
 from tests.support.slow import one_in
 from tests.support.solutions import solution_of
 
@@ -27,6 +27,22 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.trials import Trial
     from scenarios import Scene
 
+ARM = {
+    "title": "An arm in orbit", "source": "made up", "orbit": {"altitude_m": 500e3, "speed_factor": 1.02},
+    "chain": {
+        "bars": 4, "mass_kg": [30.0, 20.0, 8.0], "length_m": [2.0, 1.5, 0.8], "angle_deg": [90.0, 40.0, 10.0, -20.0],
+        "rate_factor": [1.0, 3.0, -2.0, 0.5],
+        "end_body": [{"at": "first", "mass_kg": 500.0, "inertia_kg_m2": 180.0, "joint_m": 0.7}],
+    },
+    "effects": {
+        "gravity": "gradient",
+        "joint_spring_damper": {
+            "stiffness_N_m_rad": [0.02, 0.01, 0.005], "damping_N_m_s_rad": [0.2, 0.1, 0.05],
+            "rest_deg": [-30.0, -20.0, 15.0],
+        },
+    },
+    "run": {"duration_s": 3000.0, "samples": 51},
+}  # fmt: skip
 EXACT = 1e-11
 """Relative error that is granted"""
 
@@ -313,3 +329,26 @@ def test_no_trial_of_a_number_makes_a_scene_of_complex_ones(name: str) -> None:
         for amount in number.range:
             changed = number.change(amount)
             assert not any(isinstance(read(changed, path), complex) for path in number.paths), number.name
+
+
+@pytest.mark.parametrize(
+    ("field", "factor", "name"),
+    [
+        ("damping_N_m_s_rad", 0.0, "joint_spring_damper-damping_N_m_s_rad"),
+        ("rest_rad", -1.0, "joint_spring_damper-rest_rad"),
+    ],
+)
+def test_dampers_that_are_missing_and_springs_that_pull_the_other_way_are_named_by_a_few_angles(
+    field: str, factor: float, name: str
+) -> None:
+    """Far from any linear effect: a swing between two samples is no longer damped, or goes elsewhere."""
+    scene = make_scene(ARM)
+    assert scene.effects.joint_spring_damper is not None
+    values = tuple(factor * x for x in getattr(scene.effects.joint_spring_damper, field))
+    wrong = with_effect(scene, "joint_spring_damper", **{field: values})
+    seen = motion_from(wrong, initial_state(wrong), scene.times_s)
+    assert seen is not None
+    angles = seen.replace(rate_rad_s=None, reaction_N=None, torque_N_m=None, impulse_N_s=None)
+    tolerance = {"attitude": np.full(len(seen.t_s), 1e-9)}
+    found = diagnose(scene, angles, solution_of(scene), tolerance)
+    assert (name,) in found.names, str(found)

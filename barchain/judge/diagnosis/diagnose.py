@@ -106,7 +106,9 @@ class Diagnosis:
             return f"{said}.{others if self.incomplete else ''}"
         left = "" if self.next_best is None else nearest_words(self.wrong, self.next_best)
         parts = "".join(f" {part_words(part)}." for part in self.parts)
-        opening = f"No known mistake explains {'all of the' if LIKELY in self.nearest else 'the'} result."
+        tried = " that was tried" if self.incomplete else ""
+        opening = f"No known mistake{tried} explains {'all of the' if LIKELY in self.nearest else 'the'} result."
+        opening += " Runs of this scene take long, and not all are tried." if self.incomplete else ""
         said = self.departed if self.of_one_sample else self.nearest or left or self.departed
         return f"{opening}{said}{parts}"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -157,13 +158,26 @@ class TrialSearch:
 
     @cached_property
     def made(self) -> list[tuple[Trial, Array]]:
-        """Trials with their amounts, those that come nearer; of fitted ones, the best by their linear effects."""
-        tried = [(t, self.linear_share(t)) for t in self.trials if t.probes and self.steps <= FOR_SHARES * MOST_STEPS]
+        """Trials with their amounts, those that come nearer; of fitted ones, the best by their linear effects.
+
+        Those without an amount go first: a single fit of forces that are far too strong may use all steps.
+        """
+        fixed = [(t, np.zeros(0)) for t in self.trials if not t.probes]
+        nearer = [(t, a) for t, a in fixed if self.comes_nearer(t, a)]
+        fewest_first = sorted((t for t in self.trials if t.probes), key=lambda t: len(t.probes))
+        begun = (self.begun(t) for t in fewest_first if self.steps <= FOR_SHARES * MOST_STEPS)
+        tried = [(t, self.linear_share(t)) for t in begun]
         self.left_out = len(tried) < sum(bool(t.probes) for t in self.trials)
         most = min(MOST_LEFT, max(sorted(share for _, share in tried)[:REFINED], default=0.0))
         best = [trial for trial, share in tried if share <= most]
-        fixed = [(t, np.zeros(0)) for t in self.trials if not t.probes]
-        return [*self.fitted(best), *((t, a) for t, a in fixed if self.comes_nearer(t, a))]
+        return [*self.fitted(best), *nearer]
+
+    def begun(self, trial: Trial) -> Trial:
+        """Trial that begins with a slip, if that comes nearer than the right motion."""
+        for slip in trial.slips:
+            if self.comes_nearer(trial, np.array([slip])):
+                return dataclasses.replace(trial, begin=(slip,))
+        return trial
 
     def comes_nearer(self, trial: Trial, amounts: Array) -> bool:
         """Whether a motion leaves less than the right one, and is right where that is: the first samples decide.

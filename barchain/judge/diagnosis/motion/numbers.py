@@ -101,6 +101,10 @@ def body_words(scene: Scene) -> list[str]:
             for k, n in enumerate(names)]  # fmt: skip
 
 
+LEAST_FACTOR = -1.5
+"""Of a number that may be negative: the opposite sign, with room for a fit that overshoots"""
+
+
 @dataclass(frozen=True)
 class Number:
     """A number of a scene, or several with a common change."""
@@ -130,10 +134,15 @@ class Number:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Least and largest amount; masses and lengths are positive, and so is what is raised to a broken power."""
+        """Least and largest amount.
+
+        Masses and lengths are positive, and so is what is raised to a broken power. A factor may have the opposite
+        sign, and is hardly more negative: with negative damping a fit soon takes all the time there is.
+        """
         most = {FACTOR: 100.0, ANGLE: math.pi, TIME: 16.0 * self.interval_s}[self.kind]
         positive = self.section == BODIES or any(power % 1.0 for power in self.powers)
-        return (-0.95 if self.kind == FACTOR and positive else -most), most
+        least = -most if self.kind != FACTOR else -0.95 if positive else LEAST_FACTOR - 1.0
+        return least, most
 
     def change(self, amount: float) -> Scene:
         """Scene with an amount; 0: the right scene."""
