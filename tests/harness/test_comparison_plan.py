@@ -51,7 +51,7 @@ def test_a_quick_look_takes_one_engine_of_each_library() -> None:
 @pytest.mark.parametrize("scene", ["basics/libration", "basics/two_bars_free"])
 def test_the_setting_is_the_coarsest_that_still_shows_something(engine: str, scene: str) -> None:
     loaded, solution = ENGINES[engine].declarations(), judge_of(scene)
-    chosen, default = comparison_setting(loaded, solution), loaded.sweep.setting()
+    chosen, default = comparison_setting(loaded, solution.scene, solution), loaded.sweep.setting()
     least = STEPS_PER_TURN * turns_per_orbit(solution)
     assert min(least, default.value) <= chosen.value <= default.value
     if expected_share(promise(loaded, default, solution)) <= WANTED_SHARE:
@@ -68,7 +68,7 @@ def test_a_chain_that_tumbles_beyond_the_predictability_limit_is_resolved_there(
     scene = load_scene("paper/fig05_bar_horizontal")
     solution = judge_of("paper/fig05_bar_horizontal")
     assert turns_per_orbit(solution) == pytest.approx(12.9, abs=0.1)
-    setting = comparison_setting(ENGINES["exudyn"].declarations(), solution)
+    setting = comparison_setting(ENGINES["exudyn"].declarations(), scene, solution)
     assert setting.value >= STEPS_PER_TURN * 12.8
     seen = ENGINES["exudyn"].load()().run(scene, setting)
     assert seen.t_s[-1] == pytest.approx(scene.run.duration_s)
@@ -78,11 +78,16 @@ def test_a_given_setting_a_method_that_chooses_its_steps_and_an_unknown_solution
     loaded, solution = ENGINES["pymunk"].declarations(), judge_of("basics/libration")
     given = Setting(AccuracyParameter.STEPS_PER_ORBIT, 777.0)
     plan = Comparison([], {}, settings={"pymunk": given})
-    assert plan.setting("pymunk", loaded, solution) == given
-    assert Comparison([], {}).setting("pymunk", loaded) == loaded.sweep.setting()
-    assert Comparison([], {}).setting("another-package", loaded, solution) == loaded.sweep.setting()
+    assert plan.setting("pymunk", loaded, solution.scene, solution) == given
+    assert Comparison([], {}).setting("pymunk", loaded, solution.scene) == loaded.sweep.setting()
+    assert Comparison([], {}).setting("another-package", loaded, solution.scene, solution) == loaded.sweep.setting()
     reference = ENGINES["reference"].declarations()
-    assert comparison_setting(reference, solution) == reference.sweep.setting()
+    assert comparison_setting(reference, solution.scene, solution) == reference.sweep.setting()
+
+
+def test_a_swing_of_an_end_body_is_resolved_in_a_scene_without_a_solution_too() -> None:
+    scene, tree = load_scene("published/tips"), ENGINES["exudyn-tree"].declarations()
+    assert comparison_setting(tree, scene, None).value >= scene.swing_rate_rad_s * scene.step_period_s
 
 
 def test_numbers_of_steps_are_rounded_up_to_two_digits() -> None:

@@ -311,7 +311,7 @@ def further_trials(scene: Scene) -> Iterator[Trial]:
     right, tried = initial_state(scene), {n.name for n in strengths(scene)} | {"gravitational-parameter"}
     for number in sorted(numbers(scene), key=lambda n: n.name[-1].isdigit()):
         if number.name not in tried:
-            slips = OPPOSITE if number.name.startswith("joint_spring_damper-rest") else MISSING
+            slips: tuple[float, ...] = OPPOSITE if number.name.startswith("joint_spring_damper-rest") else MISSING
             slips = slips if number.section == LOADS and number.kind == FACTOR else ()
             yield number_trial(number, partial(of_scene, number.change, right), within=number.range, slips=slips)
     for other in others(scene):

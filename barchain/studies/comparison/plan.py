@@ -67,13 +67,15 @@ class ComparisonPlan:
     certify: bool = False
     """Whether scenes without a shipped solution are judged by one of heyoka's, where it can make one"""
 
-    def setting(self, name: str, engine: Declarations, solution: ReferenceSolution | None = None) -> Setting:
+    def setting(
+        self, name: str, engine: Declarations, scene: Scene, solution: ReferenceSolution | None = None
+    ) -> Setting:
         """Setting at which an engine is judged; `solution` is the scene's, where it is known before the runs."""
         given = self.settings.get(name)
         if given is not None:
             return given
         own = name in ENGINES  # declarations of another package's engine are not asked for a choice
-        return comparison_setting(engine, solution if own else None)
+        return comparison_setting(engine, scene, solution) if own else engine.sweep.setting()
 
 
 @dataclass
@@ -90,7 +92,7 @@ class SceneProgress:
     """Why no run can be compared, at any setting: samples too far apart; empty where one can"""
 
 
-def comparison_setting(engine: Declarations, solution: ReferenceSolution | None) -> Setting:
+def comparison_setting(engine: Declarations, scene: Scene, solution: ReferenceSolution | None) -> Setting:
     """Setting at which an engine of barchain's own registry is compared on a scene, if none is given.
 
     Methods that choose their steps, and scenes whose solution is not known before the runs, have the engine's default
@@ -101,11 +103,13 @@ def comparison_setting(engine: Declarations, solution: ReferenceSolution | None)
     swing of an end body 2 π: explicit methods are unstable with fewer, and their bounds promise nothing.
     """
     default = engine.sweep.setting()
-    if default.parameter is not AccuracyParameter.STEPS_PER_ORBIT or solution is None:
+    if default.parameter is not AccuracyParameter.STEPS_PER_ORBIT:
         return default
-    swings = solution.scene.swing_rate_rad_s * solution.scene.step_period_s
+    swings = scene.swing_rate_rad_s * scene.step_period_s
     if default.value < swings:
         return Setting(default.parameter, two_digits(swings))
+    if solution is None:
+        return default
     own = promise(engine, default, solution)
     if expected_share(own) > WANTED_SHARE:
         least_s = KEPT_LIMIT * own.limit_s

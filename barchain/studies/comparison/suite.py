@@ -118,7 +118,7 @@ class Suite:
         shipped = self.shipped(progress)
         solution = Shared(self.solution(progress)) if shipped is None else Known(shipped)
         for engine in supporting:
-            setting = self.comparison.setting(engine, self.declared[engine], shipped)
+            setting = self.comparison.setting(engine, self.declared[engine], progress.scene, shipped)
             job = Job(progress.scene, engine, self.comparison.engines[engine], setting, Role.MAIN)
             least = expected_work(job), name
             self.lightest[engine] = min(self.lightest.get(engine, least), least)
