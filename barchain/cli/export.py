@@ -40,7 +40,7 @@ def export(
     A program that knows nothing of barchain can solve it, and `barchain judge` tells whether its table passes.
     """
     from barchain.record.claim import claim
-    from barchain.result_files.case import page_data, write_case
+    from barchain.result_files.case import not_carried, page_data, write_case
     from barchain.result_files.data_set import folder_name, terms, write_surroundings
     from barchain.result_files.judging import solution_of
     from barchain.solutions.case_versions import case_scenes
@@ -66,6 +66,8 @@ def export(
             overwrite=overwrite, rtols=wanted, terms=licence,
         )  # fmt: skip
         say(f"{place / scene.name}: {', '.join(files)}")
+        for name, reason in not_carried(scene).items() if mjcf and not every else ():
+            say(f"{place / scene.name}: no {name}: {reason}", err=True)
     if every:
         write_surroundings(place, chosen)
         say(f"{place}: {len(chosen)} cases")

@@ -260,9 +260,13 @@ def start_words(scene: Scene) -> Iterable[str]:
         f"position ({place}) m, velocity ({velocity}) m/s"
     )
     if scene.bound:
+        axis_m = (scene.central_body.mu_m3_s2 * (scene.period_s / (2.0 * math.pi)) ** 2) ** (1.0 / 3.0)
+        periapsis = math.degrees(orbit.longitude_rad - orbit.true_anomaly_rad) % 360.0
         yield (
-            f"elements at the start: eccentricity {orbit.eccentricity:.9g}, true anomaly "
-            f"{math.degrees(orbit.true_anomaly_rad):.9g}°, mean anomaly {math.degrees(orbit.mean_anomaly_rad):.9g}°"
+            f"elements at the start: semi-major axis {axis_m:.10g} m, eccentricity {orbit.eccentricity:.9g}, "
+            f"argument of periapsis {periapsis:.9g}°, "
+            f"true anomaly {math.degrees(orbit.true_anomaly_rad):.9g}°, "
+            f"mean anomaly {math.degrees(orbit.mean_anomaly_rad):.9g}°"
         )
     for bar, (angle, rate) in enumerate(zip(state.angle_rad[:FEW], state.rate_rad_s[:FEW], strict=True), 1):
         name = f"end body {bar}" if bar in scene.chain.bodies else f"bar {bar}"

@@ -96,7 +96,9 @@ def write_case(
     claim([*named, *folder.glob(TUBE.format("*", "*"))], f"{folder} holds a case", overwrite=overwrite)
     request, facts = run_request(scene, REQUESTED), settings(solution)
     tubes = [tube(solution, rtol) for rtol in rtols]
-    model, program = (mujoco_model(scene), basilisk_program(scene, request)) if mjcf else ("", "")
+    lacking = not_carried(scene) if mjcf else {MODEL: "", PROGRAM: ""}
+    model = "" if MODEL in lacking else model_xml(scene)
+    program = "" if PROGRAM in lacking else Path(basilisk_chain.__file__).read_text(encoding="utf-8")
     drawn = picture.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
     texts = {
         "README.md": problem(scene, request, facts, solution, model=bool(model), program=bool(program), tubes=tubes,
@@ -232,13 +234,11 @@ def plain_templates(**options: Any) -> Environment:
     return Environment(loader=loader, undefined=StrictUndefined, autoescape=False, **options)
 
 
-def mujoco_model(scene: Scene) -> str:
-    """Chain as MuJoCo's XML; empty where MuJoCo does not carry the scene."""
-    return "" if ENGINES["mujoco"].declarations().unsupported(scene) else model_xml(scene)
-
-
-def basilisk_program(scene: Scene, request: dict[str, Any]) -> str:
-    """Program that carries the chain in Basilisk; empty where Basilisk does not carry the scene."""
-    if built_in()[BASILISK].declarations().unsupported(scene) or basilisk_chain.why_left_out(request):
-        return ""
-    return Path(basilisk_chain.__file__).read_text(encoding="utf-8")
+def not_carried(scene: Scene) -> dict[str, str]:
+    """Files for other engines that a case has not, each with the reason why its engine does not carry the scene."""
+    rounding = basilisk_chain.why_left_out(run_request(scene, REQUESTED))
+    reasons = {
+        MODEL: ENGINES["mujoco"].declarations().unsupported(scene),
+        PROGRAM: built_in()[BASILISK].declarations().unsupported(scene) or rounding,
+    }
+    return {name: reason for name, reason in reasons.items() if reason}

@@ -58,11 +58,13 @@ def message(facts: NightlyFile, link: str = "", before: str = "") -> str:
         suspects = ", ".join(own) or ("unknown parts" if change.unknown else "no part that differs")
         names = "" if change.never_words else f" ({suspects})"
         more = f", and {plural(len(others), 'more figure')} there" if others else ""
-        said.append(f"{change.dated(facts.night.name)}{more}{names}")
+        room = MOST_CHARACTERS - len(more) - len(names)
+        said.append(f"{textwrap.shorten(change.dated(facts.night.name), room, placeholder=' …')}{more}{names}")
     left = sum(map(len, list(groups.values())[MOST_NAMED:]))
-    said += [f"and {left} more"] if left else []
+    said += [f"and {plural(left, 'more figure')}"] if left else []
     changed = {(change.scene, change.engine) for change in every}
-    said += [rejected.words for rejected in facts.rejected if (rejected.scene, rejected.engine) in changed][:1]
+    failed = [rejected.words for rejected in facts.rejected if (rejected.scene, rejected.engine) in changed]
+    said += [words for words in failed[:1] if words not in facts.sentence]
     if not said:
         said = [rejected.words for rejected in facts.rejected[:MOST_NAMED]]
     sentences = [line for text in (before, facts.sentence) for line in lines_of(text)]

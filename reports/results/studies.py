@@ -64,6 +64,8 @@ def no_results(folder: Path) -> str:
             f"{folder}: a night of a history; copied into the folder of another history, it is a night there. Give the "
             f"folder of one of its parts, or `barchain history report --baseline {folder}`"
         )
+    if any(folder.glob("*/figures.parquet")):
+        return f"{folder}: a history; its nights are copied as folders into that of another history"
     if any(folder.glob("record.json")) or any(folder.glob("*/record.json")):
         return f"{folder}: results of barchain 0.6 or earlier, which this one does not read; run the study again"
     if any(studies_in(part) for part in folder.glob("*/")):

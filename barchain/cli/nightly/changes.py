@@ -41,13 +41,13 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
     store = opened(url)
     judged = judging.judge(store, night)
     tonight, earlier = document.change_entries(judged, acceptances.accepted(store))
-    entries = [*tonight, *(earlier if every else ())]
+    entries = [*tonight, *(entry for entry in earlier if every or entry.since == judged.night.name)]
     found = document.night_facts(store, judged, store.night(judged.night.name))
     if as_json:
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
     say(f"{judged.night.name}: {found.sentence}")
-    if found.standing and not every:
+    if len(entries) < len(tonight) + len(earlier):
         say("--all lists what is worse since earlier nights, too")
     if entries:
         show_rows(HEADINGS, [

@@ -18,6 +18,7 @@ from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
 from barchain.cli.nightly.documents import killed_nights, report_night, results_site, tell_night
 from barchain.cli.nightly.options import history_option, opened, say_left_out
+from barchain.nightly.errors import HistoryError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -53,6 +54,10 @@ def add(folders: tuple[Path, ...], url: str | None) -> None:
 
     nights = [read_night(folder) for folder in folders]  # all are read before one is added
     store = opened(url, create=True)
+    known = {night.name for night in store.nights()}
+    for folder in folders:
+        if (name := folder.absolute().parent.name) in known:
+            raise HistoryError(f"{folder}: a part of the night {name}, which is there already")
     for folder, night in zip(folders, nights, strict=True):
         done = "added" if store.add(night) else "already there"
         say(f"{folder}: {night.name}, {plural(len(night.figures), 'figure')}: {done}")

@@ -172,5 +172,5 @@ def shown_progress() -> Iterator[NightProgress]:
 def words(result: PartResult) -> str:
     """Result of a job in one line."""
     reason = f": {result.reasons}" if result.reasons else ""
-    left = f"; {len(result.left)} go first on the next night" if result.left else ""
+    left = f"; {len(result.left)} left for the next night" if result.left else ""
     return f"{result.name}: {result.shown_state} after {result.duration_s:.0f} s{reason}{left}"

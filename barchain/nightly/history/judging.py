@@ -149,9 +149,11 @@ def changes_named(judged: JudgedNight, name: str, *, alone: bool = False) -> lis
     fitting = [change for change in every if fits(change.identity.name, name)]
     if not fitting:
         changed = every_change(judged)
-        refused = any(fits(change.identity.name, name) for change in changed)
-        count = len({change.identity for change in changed})
-        fault = NO_ACCEPTANCE if refused else f"fits none of {count} changed figures up to {judged.night.name}"
+        refused = any(change.irreproducible and fits(change.identity.name, name) for change in changed)
+        count, which = len({change.identity for change in changed}), "up to"
+        if alone:
+            count, which = len({change.identity for change in every}), "on"
+        fault = NO_ACCEPTANCE if refused else f"fits none of {count} changed figures {which} {judged.night.name}"
         raise HistoryError(f"{name[:80]}: {fault}")
     return fitting
 
@@ -284,23 +286,23 @@ def kept_levels(
     digests: Mapping[str, str],
     wrong: Collection[str],
 ) -> FoldedNight | None:
-    """Levels of the latest of some nights that keeps some that hold.
+    """Levels that some nights keep: of those that hold, the latest ones that fold most of these nights.
 
-    They fold all earlier nights, and the `base` of another class, that were there when the night was added. Levels that
-    came with a night from another history fold that one's nights, and would hide what is open in this one.
+    Levels that came with a night from another history fold that one's nights, and would hide what is open in this one.
+    Those of a single night hold only without a `base` of another class.
     """
     there = {name.partition("/")[0] for name in store.place.sizes(f"*/{FILE}")}
-    for k, night in reversed([*enumerate(own)]):
+    best, most = None, 0
+    for k, night in reversed([*enumerate(own, start=1)]):
+        if most >= k:
+            break  # earlier ones fold fewer
         found = read_levels(store.place, night) if night.name in there else None
-        if found is None:
-            continue
-        folded = {name: digest for name, digest, _ in found.table.folded}
-        before = {one.name for one in (*base, *own[:k]) if one.added <= night.added}
-        if before <= folded.keys() and not any(
-            name in wrong or digests.get(name, digest) != digest for name, digest in folded.items()
-        ):
-            return found
-    return None
+        folded = {} if found is None else {name: digest for name, digest, _ in found.table.folded}
+        holds = not any(name in wrong or digests.get(name, digest) != digest for name, digest in folded.items())
+        count = sum(each.name in folded for each in own[:k])
+        if holds and count > most:
+            best, most = found, count
+    return best if most > 1 or not base else None
 
 
 def late_nights(store: NightStore, some: Sequence[NightSummary], own: Sequence[NightSummary]) -> set[str]:

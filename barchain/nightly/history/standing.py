@@ -96,8 +96,17 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
 
     An acceptance of a step raises what the figure may be to the value of that step, if no earlier step is open; one
     that reaches back to the open step accepts both. One of a step beside an open one raises it by that factor alone. A
-    figure that becomes better afterwards may be no worse again.
+    figure that becomes better afterwards may be no worse again. That its absence is accepted accepts no step before it.
     """
+    found, there = state_of(row, known), tuple(step for step in row.steps if not step.now.missing)
+    if row.told.missing and found.acceptance is not None and there:
+        before = state_of(row._replace(told=row.last, steps=there), known)
+        return before if before.acceptance is None else found
+    return found
+
+
+def state_of(row: Level, known: Sequence[Acceptance]) -> Standing:
+    """State of a figure by the steps that lead to what it is now."""
     allowed, before, result = row.level, row.level, row.level  # what it may be, what it was; the last that is there
     most = row.level  # what it may be at most: the same, and more beside an accepted step
     opened: list[Step] = []  # steps for the worse that nobody accepted

@@ -65,12 +65,15 @@ def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: 
     steps = {change.figure: change.factor for change in tonight if change.direction == "worse"}
     earlier_nights = {  # with the latest result
         row.told.identity.name: row.last_night for row in judged.above.values()
-        if not row.told.missing and row.last_night != judged.night.name
+        if row.last_night != judged.night.name
     }  # fmt: skip
     holding = [
-        entry.model_copy(update={"fresh": steps.get(entry.figure), "measured": earlier_nights.get(entry.figure, "")})
+        entry.model_copy(update={
+            "fresh": steps.get(entry.figure),
+            "measured": "" if entry.became == MISSING else earlier_nights.get(entry.figure, ""),
+        })
         for entry in holding
-    ]
+    ]  # fmt: skip
     worse, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
     names = [night.name for night in judged.compared_with]
     fallen = {(e.scene, e.engine) for e in (*tonight, *worse) if e.worse_verdict}

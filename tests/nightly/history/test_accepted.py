@@ -189,7 +189,7 @@ def test_a_pattern_accepts_the_step_of_one_night_alone(
     (entry,) = accepted(store)
     assert (entry.pattern, entry.first, entry.since) == ("*:mujoco:*", "", step)
     assert run([*words[:3], "--step", store.nights()[0].name, *words[5:]]) == 2
-    assert "fits none of 0 changed figures up to 2026-01-01" in capsys.readouterr().err
+    assert "fits none of 0 changed figures on 2026-01-01" in capsys.readouterr().err
 
 
 def test_an_acceptance_is_listed_and_taken_back(filled: Path, capsys: pytest.CaptureFixture[str]) -> None:

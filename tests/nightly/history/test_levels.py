@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from barchain.nightly.figures.changes import ROUNDING_LEVEL, Direction
+from barchain.nightly.figures.figure import Figure
 from barchain.nightly.figures.suspects import unknown_parts
 from barchain.nightly.history.acceptances import accept, accepted
 from barchain.nightly.history.judging import (
@@ -262,6 +263,30 @@ def test_levels_of_a_night_from_another_history_hide_nothing_that_is_open(store:
     assert read_levels(store.place, copied) is not None
     assert red(store) == [(pytest.approx(5.0), 1)]
     add(store, 5, first=4)
+    assert red(store) == [(pytest.approx(5.0), 1)]
+
+
+def test_earlier_nights_from_another_history_hide_nothing_that_is_open_either(
+    store: NightStore, tmp_path: Path
+) -> None:
+    other = open_store(str(tmp_path / "other"), create=True)
+    add(other, 20, 6, first=3)
+    add(store, 1, 5, 5, first=10)
+    for name in other.place.sizes("*/*"):
+        store.place.write(name, other.place.read(name) or b"")
+    assert red(store) == [(pytest.approx(5.0), 1)]
+    add(store, 5, first=13)
+    assert red(store) == [(pytest.approx(5.0), 1)]
+
+
+def test_that_a_missing_figure_is_accepted_accepts_no_step_before_it(store: NightStore) -> None:
+    add(store, 1, 5)
+    for k in (2, 3):
+        store.add(night(count(), Figure(error().identity, reason="the program is not there"), number=k))
+        judged = judge(store)
+        keep_judgement(store, judged)
+        if k == 2:
+            accept(store, [change for change in judged.tonight if change.now.missing], "me", "on its way")
     assert red(store) == [(pytest.approx(5.0), 1)]
 
 
