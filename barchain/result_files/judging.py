@@ -156,7 +156,7 @@ def judge_files(
     if out is not None:
         study = FileComparison([loaded], {}, name=name, found=found)
         page = run_and_render(study, out, render, resume=None, overwrite=overwrite, command=command)[1]
-    rows = found.verdict.rows
+    rows, first_s = found.verdict.rows, float(main.trajectory.t_s[0])
     reasons = {row["quantity"]: row["reason"] for row in rows if row["reason"]}  # the last one of each counts
     return FileResult(
         loaded.name,
@@ -166,7 +166,11 @@ def judge_files(
         found.advice,
         "" if found.mistakes is None else str(found.mistakes),
         [f"{quantity}: {reason}" for quantity, reason in reasons.items()],
-        [(row["quantity"], row["value"], row["unit"]) for row in rows if row["metric"] == "max"],
+        [
+            (row["quantity"], row["value"], row["unit"])
+            for row in rows
+            if row["metric"] == "max" and row["limit_s"] > first_s
+        ],  # the start itself tells nothing
         found.notes,
         page,
     )
