@@ -48,7 +48,8 @@ def difference_findings(run: Residuals, quantity: str) -> list[CheckFinding]:
         run, quantity, run.tolerance[quantity] + granted, Outcome.INCONSISTENT, "the explained error"
     )
     ratio, bounded, reason = judged(run, quantity, margin + granted, Outcome.EXCEEDS_BOUND, "the expected-error bound")
-    allowed = float((margin + run.model_size.get(quantity, 0.0))[inside][int(np.argmax(size))])
+    bound = margin + granted + run.model_size.get(quantity, 0.0)
+    allowed = float(bound[inside][int(np.argmax(size))])
     reported = {"rms": float(np.sqrt(np.mean(size**2))), "final": float(size[-1])}
     early = inside & (run.t <= period_s * (1.0 + END_SLACK))
     if early.sum() < run.n and run.limit_s >= period_s * (1.0 - END_SLACK):  # in chaos the last difference says little
