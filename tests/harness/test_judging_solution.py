@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 QUICK = "basics/two_bars_free"
-MOST_BYTES = 9e6
+MOST_BYTES = 9.5e6
 ROUNDING = 2.0**-53
 
 
