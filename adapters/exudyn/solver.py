@@ -116,6 +116,7 @@ def scales_of(scene: Scene, *, absolute: bool) -> Scales:
     turns = [turn for law in scene.effects.prescribed_rotation for turn in law.turns]
     slews = [turn.reach_rad * (math.pi / turn.duration_s) ** 2 for turn in turns]
     force = max(chain.mass_kg) * scene.size_m * (rate**2 + max(slews, default=0.0))
+    force = max(force, joint_torque_N_m(scene))
     if not absolute:
         away = departure(scene)
         force += away.force_N(scene)
@@ -126,6 +127,17 @@ def scales_of(scene: Scene, *, absolute: bool) -> Scales:
     gravity = scene.central_body.mu_m3_s2 / scene.radius0_m**2 * max(chain.mass_kg)
     speed = max(scene.speed0_m_s, scene.size_m * rate)
     return Scales(least, max(force, gravity), speed, scene.radius0_m, max(1.0, force))
+
+
+def joint_torque_N_m(scene: Scene) -> float:
+    """Largest torque of a joint's spring at the start, or of its motor: Newton's method can't go below its rounding."""
+    springs, bent = scene.effects.joint_spring_damper, np.diff(scene.chain.angle_rad)
+    torques = [max(map(abs, motor.torque_N_m)) for motor in scene.effects.joint_torque]
+    if springs is not None:
+        torques += [
+            k * abs(b - rest) for k, b, rest in zip(springs.stiffness_N_m_rad, bent, springs.rest_rad, strict=True)
+        ]
+    return float(max(torques, default=0.0))
 
 
 def largest_angle_rad(scene: Scene) -> float:

@@ -18,7 +18,7 @@ from adapters.exudyn.effects import encke
 from adapters.exudyn.frames import KeplerOrbit, OrbitFrame, turned
 from adapters.exudyn.time_inputs import Steps, tabulated
 from adapters.trajectory import Observable, Trajectory
-from scenarios import Actuator, Frame, Scene, load_scene, scene_names
+from scenarios import Actuator, Frame, Scene, load_scene, make_scene, scene_names
 from scenarios.scene import Orbit
 from tests.support import solutions
 from tests.support.slow import one_in, rows
@@ -194,6 +194,31 @@ def test_no_engine_prints_or_leaves_files(
     out, err = capfd.readouterr()
     assert (out, err) == ("", "")
     assert not list(tmp_path.iterdir())
+
+
+def test_springs_far_stiffer_than_the_motion_is_fast_are_carried_to_the_end() -> None:
+    """Newton's method can't go below the rounding of their torques: this run stopped after 19.5 s of 30 s."""
+    scene = make_scene(
+        {
+            "title": "PD", "source": "made up", "orbit": {"altitude_m": 500e3},
+            "run": {"duration_s": 30.0, "samples": 61},
+            "chain": {
+                "bars": 4, "mass_kg": [30.0, 20.0, 8.0], "length_m": [2.0, 1.5, 0.8], "angle_from": "inertial",
+                "angle_deg": [90.0, 30.0, -10.0, -50.0], "rate_rad_s": 0.0,
+                "end_body": [{"at": "first", "mass_kg": 500.0, "inertia_kg_m2": 180.0, "joint_m": 0.7}],
+            },
+            "effects": {
+                "gravity": "none",
+                "joint_spring_damper": {
+                    "stiffness_N_m_rad": [40.0, 15.0, 5.0], "damping_N_m_s_rad": [60.0, 30.0, 8.0],
+                    "rest_deg": [-60.0, -40.0, -40.0],
+                    "set_point": [{"joint": 2, "times_s": [10.0, 30.0], "angle_deg": [-40.0, -10.0]}],
+                },
+            },
+        }
+    )  # fmt: skip
+    seen = Exudyn().run(scene, Exudyn.sweep.setting())
+    assert seen.t_s[-1] == scene.run.duration_s
 
 
 def test_an_engine_that_gives_up_says_so_in_one_line(
