@@ -261,7 +261,7 @@ def start_words(scene: Scene) -> Iterable[str]:
     )
     if scene.bound:
         axis_m = (scene.central_body.mu_m3_s2 * (scene.period_s / (2.0 * math.pi)) ** 2) ** (1.0 / 3.0)
-        periapsis = math.degrees(orbit.longitude_rad - orbit.true_anomaly_rad) % 360.0
+        periapsis = round(math.degrees(orbit.longitude_rad - orbit.true_anomaly_rad), 9) % 360.0
         yield (
             f"elements at the start: semi-major axis {axis_m:.10g} m, eccentricity {orbit.eccentricity:.9g}, "
             f"argument of periapsis {periapsis:.9g}°, "
@@ -286,7 +286,7 @@ def held_all_along(scene: Scene) -> Iterable[str]:
 
 
 def rates_of_laws(scene: Scene) -> Iterable[str]:
-    """Sentence on each prescribed bar whose law starts at another rate than the bar's rate_factor gives."""
+    """Sentence on each prescribed bar whose law starts at another rate than the scene gives the bar."""
     from adapters.common.initial_state import initial_state
 
     laws = scene.effects.prescribed_rotation
@@ -295,8 +295,8 @@ def rates_of_laws(scene: Scene) -> Iterable[str]:
         given, own = scene.chain.rate_factor[bar - 1] * scene.orbital_rate_rad_s, float(started[bar - 1])
         if abs(own - given) > SAME_RATE * scene.orbital_rate_rad_s:
             yield (
-                f"bar {bar} is prescribed: it starts at the rate of its law, {own:.4g} rad/s, and not at that of its "
-                f"rate_factor {scene.chain.rate_factor[bar - 1]:g}, {given:.4g} rad/s"
+                f"bar {bar} is prescribed: it starts at the rate of its law, {own:.4g} rad/s, and not at the rate that "
+                f"the scene gives it, {given:.4g} rad/s"
             )
 
 

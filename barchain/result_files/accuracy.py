@@ -41,13 +41,19 @@ FAR_APART = 50.0
 """Ratio of two requests, of decades, from which on some quantities are far less accurate than the others"""
 
 
-def promised_too_much(name: str, main: Samples, finer: Samples | None, declared: Declared) -> str:
-    """Sentence on the larger requested error with which a file that no mistake explains passes; empty without one."""
+def promised_too_much(
+    name: str, main: Samples, finer: Samples | None, declared: Declared, *, tried: bool
+) -> str:  # fmt: skip
+    """Sentence on the larger requested error with which a file that no mistake explains passes; empty without one.
+
+    `tried` is whether all known mistakes were.
+    """
     promised = declared.rtol
     if finer is None and promised is not None:
         for rtol in LADDER:
             if rtol > promised and passes(name, main, declared, rtol):
-                return f"no known mistake explains it, and it agrees at rtol={rtol:g}"
+                some = "" if tried else " that was tried (runs of this scene take long, and not all are)"
+                return f"no known mistake{some} explains it, and it agrees at rtol={rtol:g}"
     return ""
 
 

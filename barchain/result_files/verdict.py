@@ -102,7 +102,7 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         mistakes = None if mistakes.inside_tolerances else mistakes
         if mistakes is not None and not mistakes.explanations:
             noise = rounded or undeclared_noise(found, own)
-            said = noise or promised_too_much(name, main, finer, declared)
+            said = noise or promised_too_much(name, main, finer, declared, tried=not mistakes.incomplete)
             shown = mistakes if mistakes.of_one_sample and not noise else None
             mistakes, advice = (shown, [said]) if said else (mistakes, advice)
     if mistakes is not None:

@@ -55,6 +55,8 @@ FIELD = {
     "end body": "A body with its own mass and inertia at an end of the chain: a hub, a satellite, the base of an arm.",
     "engine": "A library's solver, or one of barchain's, with the formulation and the integrator that its adapter "
     "chooses.",
+    "explained to": "What a mistake that `judge` names leaves of the differences, relative to the quantity's size: the "
+    "largest of all quantities.",
     "gap": "Distance of the two bar ends that a joint ties.",
     "gradient torque": "Torque of gravity on a bar, because gravity is stronger at the lower end.",
     "ideal joint": "A revolute joint without friction, clearance or a stop, as all joints of a chain are; springs and "

@@ -52,7 +52,7 @@ STRENGTHS = {
 """Strength of each effect that a scene has once: field, and noun"""
 EACH_STRENGTH = {
     "third_body": ("mu_m3_s2", "pull of the {}"), "thrust": ("force_N", "thrust{}"),
-    "joint_torque": ("torque_N_m", "torque of a joint's motor{}"),
+    "joint_torque": ("torque_N_m", "torque of the motor{}"),
     "impulse": ("impulse_N_s", "impulse{}"),
 }  # fmt: skip
 """The same of effects that it may have several times"""
@@ -293,6 +293,7 @@ def strengths(scene: Scene) -> Iterator[Number]:
         bodies = body_words(scene) if effect == "third_body" else [f" {k + 1}" for k in range(len(given))]
         for k in range(len(given)):
             which = bodies[k] if effect == "third_body" or len(given) > 1 else ""
+            which = f" in joint {given[k].joint}" if effect == "joint_torque" else which
             name, path = f"{effect}-{k + 1}-{field}", ("effects", effect, k, field)
             yield Number(name, f"the {noun.format(which)}", LOADS, scene, (path,))
         if len(given) > 1:

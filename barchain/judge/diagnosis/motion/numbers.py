@@ -87,7 +87,7 @@ EFFECTS: dict[str, tuple[tuple[str, str, str], ...]] = {
 """Numbers of effects: field, noun, and what is fitted"""
 OWNERS = {
     "third_body": ("", "third bodies"), "prescribed_rotation": ("prescribed rotation", "prescribed rotations"),
-    "joint_torque": ("joint's motor", "joints' motors"),
+    "joint_torque": ("motor", "joints' motors"),
 }  # fmt: skip
 """Nouns of an effect of which a scene may have several, where they are not its name"""
 PLACES = {"joint_spring_damper": "joint", "drag": "bar", "solar_pressure": "bar"}
@@ -241,6 +241,7 @@ def numbers(scene: Scene) -> Iterator[Number]:
         for k in range(len(given)):
             owner = one or body_words(scene)[k]
             several = f" {k + 1}" if one and len(given) > 1 else ""
+            several = f" in joint {given[k].joint}" if effect == "joint_torque" else several
             yield from of_effect(scene, ("effects", effect, k), f" of the {owner}{several}")
             if effect == "third_body" and turns_freely(scene, k):
                 paths = tuple(("effects", effect, k, field) for field in ("distance_m", "rate_rad_s"))
