@@ -7,8 +7,14 @@ cd /srv/nights || exit 2
 site= # folder that your web server has, e.g. /srv/www/nights: the results page goes there
 link= # its address
 chat= # address of an incoming webhook of a chat (Slack, Mattermost, Rocket.Chat, ...): it gets a few lines
+build= # command that builds your programs, e.g. "cc -O2 -o engine engine.c -lm"
 options="--fail-on worse" # or: changed, not-pass
 [ -e begun ] && options="$options --require-history" # a lost history is told
+if [ -n "$build" ] && ! said=$(sh -c "$build" 2>&1); then
+  echo "A program was not built: no night began."
+  echo "$said"
+  exit 2
+fi
 touch started
 said=$(flock -n -E 75 lock timeout -s INT -k 60 60m /srv/barchain/bin/barchain -q nightly --out nights $options 2>&1)
 code=$?

@@ -151,6 +151,13 @@ def test_the_gitlab_night_passes_its_exit_code_on_and_allows_3(tmp_path: Path, c
     assert yaml(GITLAB)["nightly"]["allow_failure"] == {"exit_codes": [3]}
 
 
+@pytest.mark.parametrize("place", ["Install", "nightly"])
+def test_programs_are_built_before_the_night_and_a_failed_build_ends_it(tmp_path: Path, place: str) -> None:
+    assert play(shell_parts()[place], tmp_path, {"BUILD": "touch engine"}).returncode == 0
+    assert (tmp_path / "engine").exists()
+    assert play(shell_parts()[place], tmp_path, {"BUILD": "false"}).returncode == 2
+
+
 @pytest.mark.parametrize("place", ["Tell a chat", "after nightly"])
 def test_a_chat_gets_the_night_in_a_few_lines_if_its_address_is_known(tmp_path: Path, place: str) -> None:
     (tmp_path / "nights").mkdir()

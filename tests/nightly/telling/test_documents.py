@@ -748,6 +748,16 @@ def test_a_night_that_ends_after_a_newer_one_leaves_the_newest_in_front(history:
     assert read_nightly(out / "nightly.json").night.started.day == 3
 
 
+def test_a_part_that_gave_no_times_says_so_where_their_steps_would_stand(history: str, tmp_path: Path) -> None:
+    reason = "interrupted at its limit of 8 s"
+    part = PartResult("times", PartState.LEFT, 8.0, 8.0, ("paper/fig05",), reason, command="barchain cost paper/fig05")
+    add(history, usual(number=0), usual(number=1), run=NightRun("plan", 1.0, (part,)))
+    report(history, tmp_path / "out")
+    page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
+    new = page[page.index('id="changes"') : page.index('id="plan"')]
+    assert f"No times, or not all, of times: {reason}" in new
+
+
 def test_a_change_takes_two_lines_of_the_page(history: str, tmp_path: Path) -> None:
     """Figure and results, and below them kind, name and reason: on a wide page no cell has a line of its own."""
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
