@@ -10,25 +10,29 @@ import numpy as np
 import pytest
 
 from adapters.common.equal_steps import finer_setting
+from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES
 from barchain.conform.scenes import STAGES, TOGETHER
+from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.motion.balance import motion_of
 from barchain.judge.diagnosis.motion.numbers import numbers
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import quadrature
 from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.own_motion import OwnMotion, densely
+from barchain.judge.diagnosis.trials import motion_from
 from barchain.judge.equations import Equations
+from barchain.judge.scales import scales
 from barchain.solutions.reference import closely_sampled
 from reference_impl.model.complex_vectors import as_vectors
 from reference_impl.model.effect import EffectState
 from reference_impl.model.state import State
-from scenarios import load_scene
+from scenarios import load_scene, make_scene
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2
 from tests.diagnosis.planting import diagnosis_of_scene, unequal_chain
 from tests.support.kernel import needs_kernel
 from tests.support.slow import one_in
-from tests.support.solutions import run
+from tests.support.solutions import run, solution_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -194,3 +198,36 @@ def test_a_wrong_number_of_an_effect_is_named(case: tuple[str, str]) -> None:
 def test_another_scene_is_named(case: tuple[str, str]) -> None:
     scene, name = loaded(case[0]), case[1]
     check_scene_named(scene, name, next(a.scene for a in others(scene) if a.name == name))
+
+
+def test_a_mistake_that_the_reactions_have_too_is_named_without_words_on_parts_of_the_motion() -> None:
+    """Slow joints beside a thrust: sums of reactions over intervals tell less than the reactions at the samples."""
+    thrust = {"bar": 1, "end": "left", "direction_deg": 60.0, "force_N": 0.05, "start_s": 260.0, "duration_s": 100.0}
+    moving = {"joint": 2, "times_s": [50.0, 250.0, 400.0], "angle_deg": [20.0, 80.0, 35.0]}
+    scene = make_scene(
+        {
+            "title": "Arm with a thrust", "source": "made up",
+            "orbit": {"position_m": [6184397.3, -3231505.2], "velocity_m_s": [3498.3432, 6699.8261]},
+            "chain": {
+                "bars": 4, "mass_kg": [120.0, 18.0, 12.0, 7.0], "length_m": [2.5, 1.8, 1.4, 1.1],
+                "angle_from": "inertial", "angle_rad": [-1.01734, -1.38103, -0.22868, -1.07002],
+                "rate_rad_s": [4.7e-5, -0.0012122, 0.0052928, 0.0062665],
+            },
+            "effects": {
+                "gravity": "quadrupole", "thrust": [thrust],
+                "joint_spring_damper": {
+                    "stiffness_N_m_rad": [0.05, 0.03, 0.008], "damping_N_m_s_rad": [1.2, 0.5, 0.2],
+                    "rest_deg": [-30.0, 20.0, -50.0], "set_point": [moving],
+                },
+            },
+            "run": {"start_s": 200.0, "duration_s": 400.0, "samples": 81},
+        }
+    )  # fmt: skip
+    (number,) = (n for n in numbers(scene) if n.name == "mass_kg-with-inertia-3")
+    wrong = motion_from(number.change(0.05), initial_state(scene), scene.times_s)
+    assert wrong is not None
+    solution = solution_of(scene)
+    tolerance = {q: np.full(len(wrong.t_s), 1e-9 * size) for q, size in scales(solution).items()}
+    found = diagnose(scene, wrong, solution, tolerance)
+    assert (number.name,) in found.names, str(found)
+    assert "alone" not in str(found)

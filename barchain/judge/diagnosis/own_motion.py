@@ -144,7 +144,18 @@ class OwnMotion:
     @cached_property
     def fits(self) -> list[Fitted]:
         """Fits of the residual, best first."""
-        return self.search.best if self.search is not None else []
+        return [self.whole(f) for f in self.search.best] if self.search is not None else []
+
+    def whole(self, f: Fitted) -> Fitted:
+        """Fit of the motion that does not name blocks if the reactions belong to its scene, too.
+
+        Their sums over intervals tell less where a force jumps inside one.
+        """
+        if not f.explains or not f.alone or f.scene is None or self.given.reaction_N is None:
+            return f
+        scenes = (dataclasses.replace(scene, run=self.given_scene.run) for scene in (f.scene, self.given_scene))
+        here, right = (differences(self.given, with_right_reactions(s, self.given))["reaction"] for s in scenes)
+        return dataclasses.replace(f, alone="") if GAIN * here.max() <= right.max() else f
 
     @property
     def explaining(self) -> list[Explanation]:
