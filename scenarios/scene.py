@@ -213,11 +213,16 @@ def is_bound(speed_factor: float, gravity: Gravity) -> bool:
     return gravity is not Gravity.NONE and speed_factor**2 < 2.0
 
 
+def semi_major_axis_m(body: CentralBody, orbit: Orbit) -> float:
+    """Semi-major axis of a bound osculating orbit at t = 0, m."""
+    return start_radius_m(body, orbit) / (2.0 - orbit.speed_factor**2)
+
+
 def period_s(body: CentralBody, orbit: Orbit, gravity: Gravity) -> float:
     """Period of the osculating orbit at t = 0, s, by Kepler's third law; of the circular orbit at r0 if not bound."""
-    r0 = start_radius_m(body, orbit)
-    semi_major_m = r0 / (2.0 - orbit.speed_factor**2) if is_bound(orbit.speed_factor, gravity) else r0
-    return 2.0 * math.pi * math.sqrt(semi_major_m**3 / body.mu_m3_s2)
+    bound = is_bound(orbit.speed_factor, gravity)
+    axis_m = semi_major_axis_m(body, orbit) if bound else start_radius_m(body, orbit)
+    return 2.0 * math.pi * math.sqrt(axis_m**3 / body.mu_m3_s2)
 
 
 @dataclass(frozen=True)

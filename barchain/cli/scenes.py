@@ -250,6 +250,7 @@ def orbit_words(scene: Scene) -> str:
 def start_words(scene: Scene) -> Iterable[str]:
     """Start in numbers: place and velocity of the centre of mass, elements, angles and rates of a few bars."""
     from adapters.common.initial_state import initial_state
+    from scenarios.scene import semi_major_axis_m
 
     orbit, state = scene.orbit, initial_state(scene)
     path = math.degrees(orbit.flight_path_rad)
@@ -260,7 +261,7 @@ def start_words(scene: Scene) -> Iterable[str]:
         f"position ({place}) m, velocity ({velocity}) m/s"
     )
     if scene.bound:
-        axis_m = (scene.central_body.mu_m3_s2 * (scene.period_s / (2.0 * math.pi)) ** 2) ** (1.0 / 3.0)
+        axis_m = semi_major_axis_m(scene.central_body, orbit)
         periapsis = round(math.degrees(orbit.longitude_rad - orbit.true_anomaly_rad), 9) % 360.0
         yield (
             f"elements at the start: semi-major axis {axis_m:.10g} m, eccentricity {orbit.eccentricity:.9g}, "

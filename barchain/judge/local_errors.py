@@ -308,8 +308,9 @@ def unseen_swing(scene: Scene, trajectory: Trajectory) -> float:
     phases, so that they show how large its rate is, while their differences do not show how the rate varies.
     """
     rate, chain = trajectory.rate_rad_s, scene.chain
-    spacing = np.diff(trajectory.t_s).max(initial=0.0)
-    if rate is None or not chain.bodies or spacing * scene.swing_rate_rad_s * FINE_PER_RADIAN <= 1.0:
+    if rate is None or not chain.bodies:
+        return 0.0
+    if np.diff(trajectory.t_s).max(initial=0.0) * scene.swing_rate_rad_s * FINE_PER_RADIAN <= 1.0:
         return 0.0
     against = np.abs(np.diff(rate, axis=1))
     return float(max(against[:, 0 if bar == 1 else -1].max() for bar in chain.bodies))

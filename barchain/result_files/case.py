@@ -96,7 +96,7 @@ def write_case(
     claim([*named, *folder.glob(TUBE.format("*", "*"))], f"{folder} holds a case", overwrite=overwrite)
     request, facts = run_request(scene, REQUESTED), settings(solution)
     tubes = [tube(solution, rtol) for rtol in rtols]
-    lacking = not_carried(scene) if mjcf else {MODEL: "", PROGRAM: ""}
+    lacking = not_carried(scene) if mjcf else (MODEL, PROGRAM)
     model = "" if MODEL in lacking else model_xml(scene)
     program = "" if PROGRAM in lacking else Path(basilisk_chain.__file__).read_text(encoding="utf-8")
     drawn = picture.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)

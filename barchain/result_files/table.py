@@ -102,9 +102,8 @@ def read_table(path: Path) -> Table:
         text = decoded(content, "latin-1").lstrip("\ufeff")
     except UnreadableError as error:
         raise TableError(f"{file}: {error}") from None
-    kind = "a spreadsheet or an archive" if content.startswith(ARCHIVE) else "no text" if "\0" in text else ""
-    kind = "JSON" if JSON.match(text) else kind
-    if kind:
+    archive = "a spreadsheet or an archive" if content.startswith(ARCHIVE) else ""
+    if kind := archive or ("JSON" if JSON.match(text) else "no text" if "\0" in text else ""):
         raise TableError(f"{file} is {kind}; write the table as CSV")
     whole = (LINE_END if LINE_END.search(text) else UNICODE_END).split(text)
     if len(whole) > MOST_LINES:

@@ -149,7 +149,7 @@ class OwnMotion:
     def whole(self, f: Fitted) -> Fitted:
         """Fit of the motion that does not name blocks if the reactions belong to its scene, too.
 
-        Their sums over intervals tell less where a force jumps inside one.
+        Their sums over intervals may tell less than they do at the samples.
         """
         if not f.explains or not f.alone or f.scene is None or self.given.reaction_N is None:
             return f

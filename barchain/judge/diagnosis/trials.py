@@ -60,8 +60,6 @@ ALL_STRENGTHS = {
     "third_body": "the pull of all third bodies", "joint_torque": "the torque of all joints' motors",
 }  # fmt: skip
 """Nouns of the strengths of all effects of a kind, where these are no forces"""
-MISSING, OPPOSITE = (-1.0,), (-1.0, -2.0)
-"""Changes of a factor that is missing, and of one that may have the opposite sign, too: a negative damping blows up"""
 SAME = 1e-13
 """Relative difference of two starts that rounding leaves"""
 MOST_RATE = 100.0
@@ -240,9 +238,8 @@ def from_start(scene: Scene, change: Callable[[float], Scene], amounts: Array, t
 
 
 def number_trial(
-    number: Number, run: Run, more: str = "", within: tuple[float, float] = (-math.inf, math.inf),
-    slips: tuple[float, ...] = (),
-) -> Trial:  # fmt: skip
+    number: Number, run: Run, more: str = "", within: tuple[float, float] = (-math.inf, math.inf)
+) -> Trial:
     """Trial of a number that is fitted within a range of amounts."""
 
     def words(amounts: Array) -> str:
@@ -250,7 +247,8 @@ def number_trial(
 
     probe = 1e-3 * number.probe if number.kind == "time" else PROBE
     name = f"{number.name}-and-start" if more else number.name
-    return Trial(name, number.section, words, run, (probe,), (0.0,), slips, within, lambda a: number.nice(float(a[0])))
+    return Trial(name, number.section, words, run, (probe,), (0.0,), number.slips, within,
+                 lambda a: number.nice(float(a[0])))  # fmt: skip
 
 
 def clock_trials(scene: Scene, first_s: float, late_s: float) -> Iterator[Trial]:
@@ -273,7 +271,7 @@ def strength_trials(scene: Scene) -> Iterator[Trial]:
         yield number_trial(mu, partial(of_scene, mu.change, None), ", at the start too")
     for number in strengths(scene):
         within = number.range[0], math.inf  # other units may make it millions of times too large
-        yield number_trial(number, partial(of_scene, number.change, right), within=within, slips=MISSING)
+        yield number_trial(number, partial(of_scene, number.change, right), within=within)
     if scene.effects.oblateness is not None:
         words = "the oblateness drifts mean elements, and the start's osculating ones are taken as these"
         yield Trial("oblateness-by-mean-elements", ORBIT, lambda _: words, partial(by_mean_elements, scene),
@@ -312,9 +310,7 @@ def further_trials(scene: Scene) -> Iterator[Trial]:
     right, tried = initial_state(scene), {n.name for n in strengths(scene)} | {"gravitational-parameter"}
     for number in sorted(numbers(scene), key=lambda n: n.name[-1].isdigit()):
         if number.name not in tried:
-            slips: tuple[float, ...] = OPPOSITE if number.name.startswith("joint_spring_damper-rest") else MISSING
-            slips = slips if number.section == LOADS and number.kind == FACTOR else ()
-            yield number_trial(number, partial(of_scene, number.change, right), within=number.range, slips=slips)
+            yield number_trial(number, partial(of_scene, number.change, right), within=number.range)
     for other in others(scene):
         if not (other.section == GRAVITY or other.name.endswith("missing") or other.name.startswith("sunlight")):
             yield fixed_trial(other.name, other.words, other.section, other.scene, right)

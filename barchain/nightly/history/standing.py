@@ -98,9 +98,9 @@ def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     that reaches back to the open step accepts both. One of a step beside an open one raises it by that factor alone. A
     figure that becomes better afterwards may be no worse again. That its absence is accepted accepts no step before it.
     """
-    found, there = state_of(row, known), tuple(step for step in row.steps if not step.now.missing)
-    if row.told.missing and found.acceptance is not None and there:
-        before = state_of(row._replace(told=row.last, steps=there), known)
+    found = state_of(row, known)
+    if row.told.missing and found.acceptance is not None:
+        before = state_of(row._replace(told=row.last), known)
         return before if before.acceptance is None else found
     return found
 

@@ -42,6 +42,10 @@ KNOWN = {
     "pressure_Pa": (("a black surface at 1 au, 4.56e-6 Pa", 4.56e-6),),
 }  # fmt: skip
 """Values that engines take instead of a scene's, by field"""
+LEAST = -2.5
+"""Least change of a factor that may be negative: the opposite sign, with room for a fit that overshoots"""
+MISSING, OPPOSITE = -1.0, -2.0
+"""Changes of a factor that is missing, and of one of the opposite sign"""
 KNOWN_DIGITS = 3e-7
 """Largest relative difference of a fitted number from a known value"""
 KNOWN_SHARE = 0.1
@@ -101,10 +105,6 @@ def body_words(scene: Scene) -> list[str]:
             for k, n in enumerate(names)]  # fmt: skip
 
 
-LEAST_FACTOR = -1.5
-"""Of a number that may be negative: the opposite sign, with room for a fit that overshoots"""
-
-
 @dataclass(frozen=True)
 class Number:
     """A number of a scene, or several with a common change."""
@@ -141,8 +141,17 @@ class Number:
         """
         most = {FACTOR: 100.0, ANGLE: math.pi, TIME: 16.0 * self.interval_s}[self.kind]
         positive = self.section == BODIES or any(power % 1.0 for power in self.powers)
-        least = -most if self.kind != FACTOR else -0.95 if positive else LEAST_FACTOR - 1.0
-        return least, most
+        return (-most if self.kind != FACTOR else -0.95 if positive else LEAST), most
+
+    @property
+    def slips(self) -> tuple[float, ...]:
+        """Changes of a load's factor that are far from a linear effect: it is missing; rest angles also turn round.
+
+        Stiffness and damping of the opposite sign blow up.
+        """
+        if self.section != LOADS or self.kind != FACTOR:
+            return ()
+        return (MISSING, OPPOSITE) if any("rest_rad" in path for path in self.paths) else (MISSING,)
 
     def change(self, amount: float) -> Scene:
         """Scene with an amount; 0: the right scene."""
