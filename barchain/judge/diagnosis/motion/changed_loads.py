@@ -5,9 +5,14 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from scenarios.toml.changing import clock_at_start
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from adapters.trajectory import Array
     from scenarios import Scene
 
     Made = Iterator[tuple[str, str, Scene]]
@@ -24,6 +29,16 @@ def with_effects(scene: Scene, **values: Any) -> Scene:
 def other(choice: Any) -> Any:
     """The other of two choices."""
     return next(c for c in type(choice) if c is not choice)
+
+
+def moved_joints(scene: Scene) -> dict[int, tuple[Array, Array]]:
+    """Instants of the run, s, and rest angles, rad, by joints (from 1) that have a set point in the scene's file."""
+    springs = (scene.given or {}).get("effects", {}).get("joint_spring_damper") or {}
+    start_s = clock_at_start(scene) if springs.get("set_point") else 0.0
+    return {
+        point["joint"]: (np.array(point["times_s"], float) - start_s, np.radians(point["angle_deg"]))
+        for point in springs.get("set_point", ())
+    }
 
 
 class ChosenLoads(NamedTuple):
@@ -57,7 +72,10 @@ class ChosenLoads(NamedTuple):
 
 def choices(scene: Scene, kind: str) -> Iterator[ChosenLoads]:
     """All thrusts, impulses, motors or prescribed rotations together, and each alone."""
-    count, noun = len(getattr(scene.effects, kind)), kind.replace("_", " ")
+    every, noun = getattr(scene.effects, kind), kind.replace("_", " ")
+    if kind == "joint_torque" and {motor.joint for motor in every} <= moved_joints(scene).keys():
+        noun = "moving set point"
+    count = len(every)
     s = "s" if count > 1 else ""
     for places in [tuple(range(count)), *((k,) for k in range(count) if count > 1)] if count else ():
         alone = len(places) == 1

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from barchain.judge.diagnosis.motion.changed_loads import moved_joints
 from barchain.judge.diagnosis.motion.words import BODIES, LOADS, NICE, factor_words, near_one, nice_factor
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
@@ -238,6 +239,7 @@ def numbers(scene: Scene) -> Iterator[Number]:
         mu = ("central_body", "mu_m3_s2")
         yield Number("gravitational-parameter", "the gravitational parameter", "orbit", scene, (mu,))
     yield from of_chain(scene)
+    moved = moved_joints(scene)
     for effect, fields in EFFECTS.items():
         given = getattr(scene.effects, effect)
         if given is None or given == ():
@@ -250,7 +252,9 @@ def numbers(scene: Scene) -> Iterator[Number]:
         for k in range(len(given)):
             owner = one or body_words(scene)[k]
             several = f" {k + 1}" if one and len(given) > 1 else ""
-            several = f" in joint {given[k].joint}" if effect == "joint_torque" else several
+            if effect == "joint_torque":
+                owner = "moving set point" if given[k].joint in moved else owner
+                several = f" in joint {given[k].joint}"
             yield from of_effect(scene, ("effects", effect, k), f" of the {owner}{several}")
             if effect == "third_body" and turns_freely(scene, k):
                 paths = tuple(("effects", effect, k, field) for field in ("distance_m", "rate_rad_s"))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from adapters.common.initial_state import initial_state
-from barchain.judge.diagnosis.motion.changed_loads import choices, other, with_effects
+from barchain.judge.diagnosis.motion.changed_loads import choices, moved_joints, other, with_effects
 from barchain.judge.diagnosis.motion.changed_pushes import of_motors, of_pushes
 from barchain.judge.diagnosis.motion.numbers import KNOWN, body_words
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from barchain.judge.diagnosis.motion.changed_loads import Made
-    from scenarios import PrescribedRotation, Scene
+    from scenarios import JointTorque, PrescribedRotation, Scene
 
 LEVEL_M = 1e15
 """Scale height of an atmosphere whose density is the same at all heights"""
@@ -55,6 +55,7 @@ def others(scene: Scene) -> Iterator[Other]:
         (LOADS, of_drag(scene)),
         (LOADS, of_light(scene)),
         (LOADS, of_joints(scene)),
+        (LOADS, of_set_points(scene)),
         (LOADS, of_bodies(scene)),
         (LOADS, of_rotations(scene)),
     ):
@@ -207,6 +208,39 @@ def of_joints(scene: Scene) -> Made:
         *((f"{noun}-reversed".replace(" ", "-"), f"{noun} of the joints is in reversed order", {f: order[f]})
           for f, noun in SPRINGS),
     ))  # fmt: skip
+
+
+def of_set_points(scene: Scene) -> Made:
+    """Controls towards set points that lack their springs, their dampers, or the rate of the set point in these."""
+    moved, springs = moved_joints(scene), scene.effects.joint_spring_damper
+    if springs is None or not moved:
+        return
+
+    def motors(by_spring: float, by_damper: float) -> tuple[JointTorque, ...]:
+        found = []
+        for motor in scene.effects.joint_torque:
+            if motor.joint in moved:  # its torque is k (s - s0) + c s'
+                s_rad = np.interp(motor.times_s, *moved[motor.joint])
+                k, rest = (getattr(springs, f)[motor.joint - 1] for f in ("stiffness_N_m_rad", "rest_rad"))
+                of_spring = k * (s_rad - rest)
+                torque = by_spring * of_spring + by_damper * (np.array(motor.torque_N_m) - of_spring)
+                motor = dataclasses.replace(motor, torque_N_m=tuple(torque.tolist()))  # noqa: PLW2901
+            found.append(motor)
+        return tuple(found)
+
+    for field, noun, torques in (
+        ("stiffness_N_m_rad", "springs", motors(0.0, 1.0)), ("damping_N_m_s_rad", "dampers", motors(1.0, 0.0))
+    ):  # fmt: skip
+        for name, joints, where in (
+            ("to-set-points", moved, "joints with set points"),
+            ("everywhere", range(1, scene.bars), "all joints, towards set points too,"),
+        ):
+            each = tuple(0.0 if j in joints else v for j, v in enumerate(getattr(springs, field), start=1))
+            changed = dataclasses.replace(springs, **{field: each})
+            yield (f"{noun}-missing-{name}", f"the {noun} of {where} are missing",
+                   with_effects(scene, joint_spring_damper=changed, joint_torque=torques))  # fmt: skip
+    yield ("set-points-without-rates", "the rates of the set points are missing in the dampers",
+           with_effects(scene, joint_torque=motors(1.0, 0.0)))  # fmt: skip
 
 
 def of_bodies(scene: Scene) -> Made:

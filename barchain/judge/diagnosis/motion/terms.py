@@ -9,10 +9,12 @@ import numpy as np
 
 from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
 from barchain.judge.diagnosis.motion.candidate import Candidate, Candidates
+from barchain.judge.diagnosis.motion.changed_loads import moved_joints
 from barchain.judge.diagnosis.motion.effect_terms import effect_terms
 from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
 from barchain.judge.diagnosis.motion.models import models
 from barchain.judge.diagnosis.motion.numbers import body_words
+from barchain.judge.diagnosis.motion.set_points import set_point_terms
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS, NICE, named
 
 if TYPE_CHECKING:
@@ -51,6 +53,7 @@ def terms(b: Balance) -> list[Candidate]:
         words = f"the fall of the central body towards the {who}, relative to which the track is, is"
         found.times(f"third-body-{named(who)}-indirect", words, LOADS, fall)
     effect_terms(found)
+    set_point_terms(found)
     models(found)
     damping(found)
     on_bars(found)
@@ -66,7 +69,7 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
     yield "the tidal force", GRAVITY, e.tide
     yield "the torque of the gravity gradient", GRAVITY, e.gradient
     bodies, several = iter(body_words(b.scene)), len(b.scene.effects.thrust) > 1
-    motors = iter(b.scene.effects.joint_torque)
+    motors, moved = iter(b.scene.effects.joint_torque), moved_joints(b.scene)
     thrusts: list[Load] = []
     pulls: list[Load] = []
     for effect, load in zip(e.model.effects, e.effects, strict=True):
@@ -74,7 +77,8 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
             thrusts.append(load)
             yield f"the thrust {len(thrusts)}" if several else "the thrust", LOADS, load
         elif effect.name == "joint_torque":
-            yield f"the torque of the motor in joint {next(motors).joint}", LOADS, load
+            joint = next(motors).joint
+            yield f"the torque of the {'moving set point' if joint in moved else 'motor'} in joint {joint}", LOADS, load
         elif effect.name == "third_body":
             pulls.append(load)
             yield f"the attraction of the {next(bodies)}", LOADS, load
