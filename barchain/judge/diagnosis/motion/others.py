@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,7 +14,9 @@ from barchain.judge.diagnosis.motion.changed_loads import choices, moved_joints,
 from barchain.judge.diagnosis.motion.changed_pushes import of_motors, of_pushes
 from barchain.judge.diagnosis.motion.numbers import KNOWN, body_words
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
-from scenarios import Actuator, Course, Frame, Gravity
+from scenarios import Actuator, Course, Frame, Gravity, SceneError, change_scene
+from scenarios.scene import Run
+from scenarios.toml.changing import clock_at_start
 from scenarios.toml.checks import joint_of_motor
 from scenarios.toml.effect_tables import DragTable, SolarPressureTable, slender_inertia
 
@@ -56,6 +59,7 @@ def others(scene: Scene) -> Iterator[Other]:
         (LOADS, of_light(scene)),
         (LOADS, of_joints(scene)),
         (LOADS, of_set_points(scene)),
+        (LOADS, of_clock(scene)),
         (LOADS, of_bodies(scene)),
         (LOADS, of_rotations(scene)),
     ):
@@ -241,6 +245,16 @@ def of_set_points(scene: Scene) -> Made:
                    with_effects(scene, joint_spring_damper=changed, joint_torque=torques))  # fmt: skip
     yield ("set-points-without-rates", "the rates of the set points are missing in the dampers",
            with_effects(scene, joint_torque=motors(1.0, 0.0)))  # fmt: skip
+
+
+def of_clock(scene: Scene) -> Made:
+    """Effects whose instants count from the start of a run, though their clock has begun before it."""
+    if clock_at_start(scene):
+        equal_samples = dataclasses.replace(scene, run=Run(scene.run.duration_s, scene.run.samples))
+        with contextlib.suppress(SceneError):  # a law that the state would not meet
+            from_start = change_scene(equal_samples, {"run": {"start_s": 0.0}})
+            words = "the instants of effects count from the start of the run, not on the clock that has begun before it"
+            yield "clock-from-the-start", words, with_effects(scene, **vars(from_start.effects))
 
 
 def of_bodies(scene: Scene) -> Made:
