@@ -62,7 +62,10 @@ def judge(
     from barchain.judge.written import Declared
     from barchain.result_files.channels import read_mapping
     from barchain.result_files.judging import judge_files
+    from scenarios import scene_names
 
+    if file.suffix == ".toml" or str(file) in scene_names():
+        raise click.UsageError(f"{file} is a scene, which comes first: barchain judge {file} {scene}")
     if order is not None and finer is None:
         raise click.UsageError("--order goes with --finer, the result at half the step")
     mapping = ({} if mapping_file is None else read_mapping(mapping_file)) | dict(
