@@ -45,8 +45,8 @@ KNOWN = {
 """Values that engines take instead of a scene's, by field"""
 LEAST = -2.5
 """Least change of a factor that may be negative: the opposite sign, with room for a fit that overshoots"""
-MISSING, OPPOSITE = -1.0, -2.0
-"""Changes of a factor that is missing, and of one of the opposite sign"""
+MISSING, OPPOSITE, TWICE = -1.0, -2.0, 1.0
+"""Changes of a factor that is missing, of one of the opposite sign, and of one that is counted twice"""
 KNOWN_DIGITS = 3e-7
 """Largest relative difference of a fitted number from a known value"""
 KNOWN_SHARE = 0.1
@@ -148,11 +148,13 @@ class Number:
     def slips(self) -> tuple[float, ...]:
         """Changes of a load's factor that are far from a linear effect: it is missing; rest angles also turn round.
 
-        Stiffness and damping of the opposite sign blow up.
+        Stiffness and damping of the opposite sign blow up; twice of them is another oscillation.
         """
         if self.section != LOADS or self.kind != FACTOR:
             return ()
-        return (MISSING, OPPOSITE) if any("rest_rad" in path for path in self.paths) else (MISSING,)
+        if any("rest_rad" in path for path in self.paths):
+            return MISSING, OPPOSITE
+        return (MISSING, TWICE) if any("joint_spring_damper" in path for path in self.paths) else (MISSING,)
 
     def change(self, amount: float) -> Scene:
         """Scene with an amount; 0: the right scene."""
@@ -248,6 +250,7 @@ def numbers(scene: Scene) -> Iterator[Number]:
         paths: tuple[Path, ...]
         if not isinstance(given, tuple):
             yield from of_effect(scene, ("effects", effect), "")
+            yield from of_gains(scene) if effect == "joint_spring_damper" else ()
             continue
         for k in range(len(given)):
             owner = one or body_words(scene)[k]
@@ -263,6 +266,27 @@ def numbers(scene: Scene) -> Iterator[Number]:
         for field, noun, kind in fields if len(given) > 1 else ():
             paths = tuple(("effects", effect, k, field) for k in range(len(given)))
             yield Number(f"{effect}s-{field}", f"the {noun} of all {every}", LOADS, scene, paths, kind)
+
+
+def of_gains(scene: Scene) -> Iterator[Number]:
+    """Common factor of stiffness and damping: of all joints, and of each that follows a set point, which it moves."""
+    springs, moved = scene.effects.joint_spring_damper, moved_joints(scene)
+    assert springs is not None
+    for joint in (None, *moved):
+        gains = [
+            getattr(springs, field)[slice(None) if joint is None else slice(joint - 1, joint)]
+            for field in ("stiffness_N_m_rad", "damping_N_m_s_rad")
+        ]
+        if not all(map(any, gains)):
+            continue  # the factor of the one that there is
+        paths = [("effects", "joint_spring_damper", field, *(() if joint is None else (joint - 1,)))
+                 for field in ("stiffness_N_m_rad", "damping_N_m_s_rad")]  # fmt: skip
+        paths += [("effects", "joint_torque", k, "torque_N_m") for k, motor in enumerate(scene.effects.joint_torque)
+                  if motor.joint in moved and joint in (None, motor.joint)]  # fmt: skip
+        whose, name = ("all joints", "joint-gains") if joint is None else (
+            f"the control in joint {joint}", f"joint-gains-{joint}"
+        )  # fmt: skip
+        yield Number(name, f"the gain of {whose}, of spring and damper,", LOADS, scene, tuple(paths))
 
 
 def turns_freely(scene: Scene, k: int) -> bool:

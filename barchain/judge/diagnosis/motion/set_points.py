@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 TERMS = {
     "spring": "the spring towards {} is",
     "damper": "the damper on the rate relative to {} is",
-    "gains": "the gains of {}, of spring and damper, are",
     "rate": "the rate of {}, in the damper, is",
     "angle": "{}, with its rate, is",
 }
@@ -25,20 +24,19 @@ TERMS = {
 OF_ALL = {
     "spring": "the springs of all joints, towards set points too, are",
     "damper": "the dampers of all joints, on rates relative to set points too, are",
-    "gains": "the springs and dampers of all joints are",
 }
 """Terms of all joints together"""
 
 
 def set_point_terms(found: Candidates) -> None:
-    """Springs, dampers and gains of each control, the rate in its damper, and its angles; gains of all joints together.
+    """Springs and dampers of each control, the rate in its damper, and its angles.
 
     The torque of a control is k (s - b) + c (s' - b'), with the joint's angle b and the set point s. The scene has it
     as a spring and damper about s at t = 0, s0, and a motor of k (s - s0) + c s'.
     """
     b, e, s = found.balance, found.balance.equations, found.balance.equations.states
     moved, springs = moved_joints(b.scene), b.scene.effects.joint_spring_damper
-    if springs is None:
+    if springs is None or not moved:
         return
     k, c, rest = (np.array(v) for v in (springs.stiffness_N_m_rad, springs.damping_N_m_s_rad, springs.rest_rad))
     pushed = {
@@ -53,13 +51,10 @@ def set_point_terms(found: Candidates) -> None:
         target[:, j] = np.interp(s.t_s, times_s, angle_rad)
         by_rate[:, j] = pushed.get(j, 0.0) - k[j] * (target[:, j] - rest[j])
     spring, damper = k * (bent - target), c * turning - by_rate
-    torque = {
-        "spring": spring, "damper": damper, "gains": spring + damper, "rate": -by_rate, "angle": -k * target - by_rate
-    }  # fmt: skip
+    torque = {"spring": spring, "damper": damper, "rate": -by_rate, "angle": -k * target - by_rate}
     for name, words in TERMS.items():
         for joint in moved:
             whose = words.format(f"the set point of joint {joint}")
             found.times(f"set-point-{joint}-{name}", whose, LOADS, e.on_joints(at_joint(torque[name], joint - 1)))
     for name, words in OF_ALL.items():
-        if moved or name == "gains":  # the others are terms of springs without set points already
-            found.times(f"joints-{name}", words, LOADS, e.on_joints(torque[name]))
+        found.times(f"joints-{name}", words, LOADS, e.on_joints(torque[name]))
