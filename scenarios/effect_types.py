@@ -477,6 +477,8 @@ SINGLE_NAME_EFFECTS = (
 """Effects that engines declare by one name, without variants"""
 LAW_FORMS = (*Frame, *Actuator, Course.QUINTIC, Course.SPLINE, "several_turns")
 """Variants of prescribed rotations that engines declare by name"""
+WITHOUT_FORCE = frozenset({"prescribed_rotation", "joint_spring_damper", "joint_torque"})
+"""Effects that are torques: none moves the centre of mass by itself"""
 COM_SHARE = "chain.com_share"
 """Name by which engines declare bars whose centre of mass is not midway between their ends"""
 EXTENDED_GRAVITY = (Gravity.QUADRUPOLE, Gravity.SLENDER)
@@ -533,6 +535,16 @@ class Effects:
             found.add("solar_pressure.shadow")
         found |= {f"thrust.{thrust.axes}" for thrust in self.thrust}
         return frozenset(found)
+
+    @property
+    def kinds(self) -> frozenset[str]:
+        """Names of the fields that the scene has: those of `names` without their variants."""
+        return frozenset(name.partition(".")[0] for name in self.names)
+
+    @property
+    def on_faces(self) -> tuple[Drag | SolarPressure, ...]:
+        """Effects whose forces jump in their slope where a bar turns its other face."""
+        return tuple(effect for effect in (self.drag, self.solar_pressure) if effect)
 
     @property
     def tables(self) -> tuple[Thrust | JointTorque, ...]:

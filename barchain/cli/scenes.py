@@ -143,7 +143,7 @@ def answer(registration: Registration, scene: Scene, solution: ReferenceSolution
         reason = engine.unsupported(scene) or (solution and engine.unsupported_motion(solution.scene, solution.fine))
         if reason:
             return reason
-        if solution is not None or (scene.effects.drag is None and scene.effects.solar_pressure is None):
+        if solution is not None or not scene.effects.on_faces:
             return "supports the scene"
     except Exception as error:
         return engine_fault(error)

@@ -28,6 +28,7 @@ from barchain.solutions.reference import FINE_PER_RADIAN, RICHARDSON
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.kinematics import bar_centres
 from scenarios import Gravity
+from scenarios.effect_types import WITHOUT_FORCE
 
 if TYPE_CHECKING:
     from adapters.engine import Declarations, Setting
@@ -156,9 +157,7 @@ def track_unit(engine: Declarations, scene: Scene, rtol: float) -> float:
 
     An accuracy below the roundings of a place can't be requested.
     """
-    effects = scene.effects
-    pushed = effects.drag or effects.solar_pressure or effects.thrust or effects.impulse
-    if effects.gravity is Gravity.NONE and not pushed:
+    if scene.effects.gravity is Gravity.NONE and scene.effects.kinds <= {"gravity", *WITHOUT_FORCE}:
         return 0.0
     length = max(scene.chain.length_m) if engine.track_by_length else scene.radius0_m
     return max(length, ROUNDINGS * MACHINE_EPSILON * scene.radius0_m / rtol)

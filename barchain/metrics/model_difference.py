@@ -48,9 +48,8 @@ if TYPE_CHECKING:
     AccelerationField = Callable[[Array, Array], Array]
 
 FIELD_EFFECTS = frozenset({"quadrupole", "slender", "oblateness", "third_body"})
-"""Effects whose force on a bar depends on its place"""
-NON_FIELD_EFFECTS = frozenset({"drag", "solar_pressure", "thrust"})
-"""Effects whose force on a bar depends on its attitude, or has a fixed direction; all others act inside the chain"""
+"""Effects whose force on a bar depends on its place; that of others, which don't act inside the chain, on its attitude,
+or it has a fixed direction"""
 RESPONSE_STEPS_PER_RADIAN = 60.0  # of the orbit: oscillations of the chain are up to ten times as fast
 PUSHED_STEPS_PER_RADIAN = 20.0  # of the fastest bar, whose direction decides the force and its kinks
 SPARSE_RAD = 1.0  # of the orbit between samples: beyond it nothing is interpolated, and the displacement is bounded
@@ -110,7 +109,7 @@ def track_response(scene: Scene, solution: Trajectory, perturbed: Trajectory) ->
     the last departure stands.
     """
     n = min(len(solution.t_s), len(perturbed.t_s))
-    driven = any(e.name in NON_FIELD_EFFECTS for e in chain_model(scene).effects) or scene.effects.impulse
+    driven = any(map(is_push, chain_model(scene).effects)) or scene.effects.impulse
     if (
         solution.angle_rad is None
         or perturbed.angle_rad is None
@@ -228,6 +227,11 @@ def integrate_displacement(
     return seen[:, :4]
 
 
+def is_push(effect: ChainEffect) -> bool:
+    """Whether an effect is a force from outside that no field makes: drag, sunlight, thrust."""
+    return not effect.internal and effect.name not in FIELD_EFFECTS
+
+
 def has_extended_gravity(scene: Scene, solution: Trajectory) -> bool:
     """Whether the places of the bars change the acceleration of the centre of mass."""
     return scene.effects.gravity is not Gravity.NONE and solution.angle_rad is not None
@@ -274,9 +278,7 @@ def excess_acceleration(
         found: Array = model.weight @ field_differences(mu, z[:, None, :], relative_positions(model, angle(times_s)))
         return found
 
-    acting = [
-        e for e in model.effects if e.name in FIELD_EFFECTS or (include_non_fields and e.name in NON_FIELD_EFFECTS)
-    ]
+    acting = [e for e in model.effects if e.name in FIELD_EFFECTS or (include_non_fields and is_push(e))]
     if not acting:
         return acceleration
     more = effect_acceleration(

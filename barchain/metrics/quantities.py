@@ -234,12 +234,15 @@ def spin_size(model: ChainModel, trajectory: Trajectory) -> Array:
     return size
 
 
+CONSERVATIVE = frozenset({"gravity", "oblateness", "third_body", "joint_spring_damper"})
+"""Effects that have a potential, springs without dampers among them"""
+
+
 def balanced(scene: Scene) -> bool:
     """Whether only fields, and springs between bars, act beside gravity, so that the balance can be computed."""
-    called, springs = scene.effects, scene.effects.joint_spring_damper
+    springs = scene.effects.joint_spring_damper
     damped = springs is not None and any(springs.damping_N_m_s_rad)
-    driven = called.prescribed_rotation or called.impulse or called.tables or called.drag or called.solar_pressure
-    return called.gravity is not Gravity.NONE and not driven and not damped
+    return scene.effects.gravity is not Gravity.NONE and scene.effects.kinds <= CONSERVATIVE and not damped
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # at the body's centre nothing is resolved

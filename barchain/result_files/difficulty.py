@@ -37,7 +37,7 @@ def difficulty(solution: ReferenceSolution, tubes: Sequence[Tube]) -> dict[str, 
     scene, end_s = solution.scene, float(solution.trajectory.t_s[-1])
     needed = next((each.rtol for each in tubes if each.until_s >= end_s), None)
     jumps, effects = sum(0.0 < t < end_s for t in scene.effects.breaks_s), scene.effects
-    faces = bool(effects.drag or effects.solar_pressure)
+    faces = bool(effects.on_faces)
     grade = CHAOTIC if needed is None else SENSITIVE
     if needed == tubes[0].rtol:
         grade = JUMPS if jumps or faces else SMOOTH

@@ -91,7 +91,7 @@ def track_jump(main: Samples, rtol: float, noise_m: float) -> str:
 def without_forecast(main: Samples) -> bool:
     """Whether an error may begin at a jump of forces."""
     effects = main.solution.scene.effects
-    return bool(effects.breaks_s or effects.drag or effects.solar_pressure)
+    return bool(effects.breaks_s or effects.on_faces)
 
 
 def too_fast(main: Samples, own: Mapping[str, Array], rtol: float = 0.0) -> str:

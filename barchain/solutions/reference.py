@@ -231,7 +231,7 @@ def common_rounding(
     rounded, sizes = ROUNDED * UNIT_ROUNDOFF, {name: size[:n] for name, size in largest(solution).items()}
     struck = joint_condition(scene) if scene.effects.impulse else 1.0
     # impulses, faces and a shadow change the motion at instants that are computed in double precision
-    has_events = bool(scene.effects.impulse or scene.effects.drag or scene.effects.solar_pressure)
+    has_events = bool(scene.effects.impulse or scene.effects.on_faces)
     shared_rad = np.where(wide & (not has_events), WIDE_RTOL, struck * rounded) * amplification
     error = {
         name: (1.0 if name in TRACK else struck) * rounded * sizes[name] + shared_rad * response[name]

@@ -127,7 +127,7 @@ def max_driven_gain(solution: ReferenceSolution) -> float:
     are those on bars face on, along the orbit, and a bar has its share of the area.
     """
     scene, t = solution.scene, solution.fine.t_s
-    wide = [each.width_m for each in (scene.effects.drag, scene.effects.solar_pressure) if each]
+    wide = [each.width_m for each in scene.effects.on_faces]
     if not wide:
         return 0.0
     areas = [np.multiply(each, scene.chain.length_m) for each in wide]

@@ -108,7 +108,7 @@ class TrialSearch:
         if seen is None:
             return LOST_STEPS
         effects = self.result.scene.effects
-        smooth = 1.0 if effects.drag or effects.solar_pressure else SMOOTH
+        smooth = 1.0 if effects.on_faces else SMOOTH
         as_many = smooth if seen.info.get("method") == METHOD_NAMES[DOP853] else IMPLICIT
         return as_many * float(seen.info.get("steps", 0.0))
 

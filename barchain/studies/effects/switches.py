@@ -106,10 +106,9 @@ def widths_m(scene: Scene, width_m: float | None) -> tuple[float, ...]:
         raise NoDefaultError("drag and sunlight need bars whose centres of mass are midway between their ends")
     if width_m is not None:
         return (width_m,) * scene.bars
-    known = scene.effects.drag or scene.effects.solar_pressure
-    if known is None:
-        raise NoDefaultError("no conclusion without a width of the bars; give it by --width")
-    return known.width_m
+    for known in scene.effects.on_faces:
+        return known.width_m
+    raise NoDefaultError("no conclusion without a width of the bars; give it by --width")
 
 
 def default_oblateness(scene: Scene) -> Default:
