@@ -1,4 +1,4 @@
-"""A program with an engine that runs, in another language than Python, and the entry by which barchain starts it."""
+"""A program with an engine that runs, in C, Fortran, Octave, or Python with packages of its own, and its entry."""
 
 from __future__ import annotations
 

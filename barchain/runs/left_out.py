@@ -1,4 +1,4 @@
-"""Engines and points that a study of times skips, with reasons."""
+"""Why an engine is left out of a scene, in every study; engines and points that a study of times skips."""
 
 from __future__ import annotations
 

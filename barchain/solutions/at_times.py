@@ -19,6 +19,7 @@ from adapters.engine import AccuracyParameter, Setting
 from barchain.metrics.quantities import FIELDS, own_rate, rate_scale
 from barchain.solutions.reference import SOLUTION_RTOL
 from barchain.solutions.reference_run import reference_run
+from scenarios.channels import CHANNELS
 from scenarios.scene import RunAt
 
 if TYPE_CHECKING:
@@ -80,8 +81,8 @@ def motion_at(scene: Scene, base: Trajectory, t_s: Array) -> Trajectory:
             if name == "impulse_N_s":  # counted from the start of the run that went on
                 values = values + arrays[name][rows[0]]
             arrays[name][rows] = values[1:]
-    measured = dict.fromkeys(("gap_m", "com_residual_m", "position_m", "condition"))
-    return base.replace(t_s=t_s, **measured, **arrays)
+    measured = {channel.array for channel in CHANNELS.values() if channel.array} - arrays.keys()
+    return base.replace(t_s=t_s, **dict.fromkeys(measured), **arrays)
 
 
 def restarted_run(

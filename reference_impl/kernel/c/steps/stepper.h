@@ -105,7 +105,7 @@ static int64_t take_step(real end_s, const vector *atol, stepper *s, motion m)
         h = reached - t;
         bool lost = exact ? advance_exactly(size, t, h, y, residue, slopes, end, left, m)
                           : advance(size, t, h, y, slopes, end, m);
-        clock[EVALUATIONS] += 12.0;
+        clock[EVALUATIONS] += STAGES;
         if (lost)
             return LOST_JOINT;
         real error = error_norm(size, count, h, y, end, slopes, s->allowed.value, exact ? 0.0 : RTOL_FLOOR);
@@ -162,7 +162,7 @@ static void take_samples_by_steps(double until_s, const vector *t_s, matrix *sam
                 sample[i] = s->y.value[i];
         } else {
             advance_exactly(size, start, t_s->value[seen] - start, s->before.value, none, s->slopes.value, sample, left, m);
-            s->clock.value[EVALUATIONS] += 12.0;
+            s->clock.value[EVALUATIONS] += STAGES;
         }
     }
     for (int64_t i = 0; i < size; i++)
