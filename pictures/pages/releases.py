@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pictures.pages.record import MeasuredRecord, rows
 from pictures.pages.words import SIGNS, outcome_text, short, table
 from pictures.record.releases import STUDIED
-from reports.results.nights.releases import ReleaseState
+from reports.results.releases import ReleaseState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from reports.chapters.releases import release_rows
-from reports.results.nights.releases import FILES
+from reports.results.releases import FILES
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -11,7 +11,7 @@ from reports.plotting.palette import COLOURS, engine_pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
 from reports.plotting.svg import Chart, across, upwards
-from reports.results.nights.releases import FILES, ReleaseState
+from reports.results.releases import FILES, ReleaseState
 from reports.results.rows import known
 from reports.text.numerals import significant
 from reports.text.record import is_complete

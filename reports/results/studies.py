@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from reports.results import comparison, cost, effects, ensemble, roundoff, scaling, selftest, stability, sweep
+from reports.results import comparison, cost, effects, ensemble, releases, roundoff, scaling, selftest, stability, sweep
 from reports.results.files import StudyFiles
-from reports.results.nights import releases
 from reports.results.rows import FOLDER
 
 if TYPE_CHECKING:

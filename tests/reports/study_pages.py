@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from barchain.cli.main import cli, run
 from barchain.nightly.history.nights import open_store
 from reports.render import render, render_study
-from reports.results.nights import releases
+from reports.results import releases
 from tests.nightly.history.synthetic import bits, count, error, night, ratio, verdict
 from tests.reports import cost_tables, effects_tables, roundoff_tables
 from tests.studies import scaling_tables

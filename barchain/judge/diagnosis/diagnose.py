@@ -24,8 +24,8 @@ from barchain.judge.diagnosis.mistake import (
     part_words,
 )
 from barchain.judge.diagnosis.own_motion import LIKELY, OwnMotion, with_right_reactions
+from barchain.judge.diagnosis.reading_search import ReadingSearch, given_result
 from barchain.judge.diagnosis.readings import READINGS
-from barchain.judge.diagnosis.search import ReadingSearch, given_result
 from barchain.judge.diagnosis.starts import off_start
 from barchain.judge.diagnosis.trial_search import TrialSearch
 from barchain.metrics.quantities import arrays, differences, sizes
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Trajectory
     from barchain.judge.diagnosis.own_motion import OwnRuns
-    from barchain.judge.diagnosis.search import GivenResult, Tolerance
+    from barchain.judge.diagnosis.reading_search import GivenResult, Tolerance
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.diagnosis.search import GivenResult
+    from barchain.judge.diagnosis.reading_search import GivenResult
     from barchain.judge.diagnosis.trials import Trial
 
 FITTED_ROWS = 24

@@ -19,7 +19,7 @@ from reports.results.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.diagnosis.own_motion import OwnRuns
-    from barchain.judge.diagnosis.search import Tolerance
+    from barchain.judge.diagnosis.reading_search import Tolerance
     from barchain.judge.verdict import Row, Verdict
     from barchain.solutions.reference import ReferenceSolution
 

@@ -28,8 +28,8 @@ from barchain.runs.environment import scratch_folder
 from barchain.runs.kept_answers import AnswerStore
 from barchain.runs.message import message_bytes, read_message
 from barchain.studies.study import StudyEnd
-from reports.results.nights.releases import FILES, ReleaseState
 from reports.results.outcome import Outcome
+from reports.results.releases import FILES, ReleaseState
 from scenarios import load_scene
 from scenarios.nearest import nearest
 

@@ -16,7 +16,7 @@ from barchain.nightly.attribution.releases import Release, releases_of
 from barchain.nightly.errors import PinnedEnvironmentError
 from barchain.studies.study import run_study
 from reports.render import render_study
-from reports.results.nights.releases import FILES
+from reports.results.releases import FILES
 
 if TYPE_CHECKING:
     from pathlib import Path
