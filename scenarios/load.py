@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from scenarios.limits import MOST_LINE, LimitError
 from scenarios.named_file import UnreadableError
 from scenarios.nearest import nearest_name, nearest_scene
+from scenarios.size_limits import MOST_LINE, LimitError
 from scenarios.text import is_scene_name, shorten, visible
 from scenarios.toml.changing import current_tables, merged
 from scenarios.toml.faults import fault_lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from typing import TYPE_CHECKING
 
-from scenarios.limits import MOST_KEY
+from scenarios.size_limits import MOST_KEY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

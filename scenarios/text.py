@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 
-from scenarios.limits import MOST_NAME, MOST_SHOWN, LimitError
+from scenarios.size_limits import MOST_NAME, MOST_SHOWN, LimitError
 
 HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 """Unicode categories: control characters (newline, tab, escape), invisible formats (bidirectional overrides, zero-width

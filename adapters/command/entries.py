@@ -31,9 +31,9 @@ from adapters.engine import (
 from adapters.trajectory import Observable
 from scenarios.channels import NOISE  # noqa: TC001  # pydantic reads the annotation
 from scenarios.effect_types import all_effect_names
-from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
 from scenarios.nearest import nearest
+from scenarios.size_limits import LimitError
 from scenarios.text import shorten
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.reading import read_text, tables_of

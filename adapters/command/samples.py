@@ -14,8 +14,8 @@ import pandas as pd
 from adapters.engine import EngineError
 from adapters.trajectory import from_frame
 from scenarios.channels import STORED, TIME, Of, columns_without_number, numbered_columns, numbered_part
-from scenarios.limits import MOST_NAME
 from scenarios.nearest import nearest
+from scenarios.size_limits import MOST_NAME
 from scenarios.text import cut, shorten
 
 if TYPE_CHECKING:

@@ -30,9 +30,9 @@ from barchain.cli.nightly.history import history
 from barchain.cli.nightly.nightly import nightly
 from barchain.cli.nightly.releases import releases
 from barchain.cli.plot import plot
-from barchain.cli.results import report, show
 from barchain.cli.scenes import scenes, schema, validate
 from barchain.cli.selftest import selftest
+from barchain.cli.show import report, show
 from barchain.cli.simulate import simulate
 from barchain.cli.studies import cost, effects, ensemble, roundoff, scaling, stability, sweep
 from barchain.runs.environment import fill_standard_streams

@@ -30,7 +30,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.result_folder import end_study, need_writable, run_shown
 from barchain.cli.common.terminal import counts_of, literal, say, show, show_rows
-from barchain.cli.results import MOST_SHOWN, show_table
+from barchain.cli.show import MOST_SHOWN, show_table
 from barchain.runs.job import TIME_LIMIT_S
 from barchain.studies.defaults import (
     BARS,

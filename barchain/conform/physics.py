@@ -21,7 +21,7 @@ from barchain.judge.diagnosis.mistake import looks_single, relative_difference, 
 from barchain.judge.diagnosis.own_motion import OwnMotion
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
-from barchain.judge.round_off import ROUND_OFF, round_off
+from barchain.judge.noise_to_declare import ROUND_OFF, round_off
 from barchain.metrics.quantities import differences, sizes
 from barchain.runs.asking import ask_about
 from barchain.runs.job import Role

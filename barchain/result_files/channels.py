@@ -24,9 +24,9 @@ from barchain.result_files.table import MOST_NAME, MOST_NAMES, TableError, liste
 from barchain.result_files.units import UnitError, factor
 from scenarios.channels import COMPARED, STORED, degree_column, unit_ending
 from scenarios.derived_channels import DERIVED
-from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
 from scenarios.nearest import likeness, nearest, nearest_name
+from scenarios.size_limits import LimitError
 from scenarios.text import cut, shorten
 from scenarios.toml.reading import read_text, tables_of
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import Coordinates
 from barchain.judge.checks.more_judged import until_share
 from barchain.judge.diagnosis.verdicts import needs_diagnosis, thinned
-from barchain.judge.round_off import ROUND_OFF, round_off
+from barchain.judge.noise_to_declare import ROUND_OFF, round_off
 from barchain.judge.verdict import no_verdict
 from barchain.judge.written import Undeclared
 from barchain.metrics.quantities import TRACK, differences

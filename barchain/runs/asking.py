@@ -39,7 +39,7 @@ from barchain.runs.message import (
 from barchain.runs.phases import BUILD, QUESTION, failed
 from barchain.runs.pool import SLOTS, module_paths
 from barchain.runs.questions import DECLARED
-from barchain.runs.versions import need_same_version, version_of
+from barchain.runs.same_code import need_same_version, version_of
 from scenarios import nearest
 from scenarios.channels import NOISE
 

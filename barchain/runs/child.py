@@ -18,7 +18,7 @@ from adapters.engine import EngineError
 from barchain.runs.call import FILE_B, MEMORY_B, Answer, CallEnd, WrongWorkerError, packed, read_frame, write_frame
 from barchain.runs.message import plain_text
 from barchain.runs.phases import PHASE, QUESTION, process_ended_after
-from barchain.runs.versions import code_versions, difference
+from barchain.runs.same_code import code_versions, difference
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING
 
 from barchain.runs.job import MOST_SECONDS
 from scenarios import Gravity, SceneError
-from scenarios.limits import LimitError, SizeLimit
+from scenarios.size_limits import LimitError, SizeLimit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -22,8 +22,8 @@ from barchain.runs.job import RunResult, failure
 from barchain.runs.message import MessageError, message_bytes, plain_info, plain_number, plain_text, read_message
 from barchain.runs.phases import failed, three_phases
 from barchain.runs.questions import ARRAYS, sendable
+from barchain.runs.same_code import need_same_version, version_of
 from barchain.runs.trajectory_checks import fault, shape_fault
-from barchain.runs.versions import need_same_version, version_of
 from reports.results.outcome import Outcome
 
 if TYPE_CHECKING:

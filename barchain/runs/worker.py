@@ -43,7 +43,7 @@ from barchain.runs.environment import FOLDER, Watchman
 from barchain.runs.message import MessageError, plain_text
 from barchain.runs.phases import entered, late_words, queue_time_s
 from barchain.runs.processes import descendants, last_line, tail_of
-from barchain.runs.versions import code_versions
+from barchain.runs.same_code import code_versions
 
 if TYPE_CHECKING:
     from collections.abc import Callable

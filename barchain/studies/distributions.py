@@ -10,7 +10,7 @@ import numpy as np
 from scipy import stats
 
 from scenarios import nearest
-from scenarios.limits import LEAST_MAGNITUDE, MOST_MAGNITUDE
+from scenarios.size_limits import LEAST_MAGNITUDE, MOST_MAGNITUDE
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,7 +15,7 @@ from barchain.runs.asking import declarations_of
 from barchain.runs.cases import Known, Shared, run_cases
 from barchain.runs.job import TIME_LIMIT_S
 from barchain.solutions.reference import closely_sampled
-from barchain.studies.selftest.faults import declarations, random_samples
+from barchain.studies.selftest.faults import declarations, samples
 from barchain.studies.selftest.faults.catalogue import CATALOGUE
 from barchain.studies.selftest.trial import SceneRuns, Trial
 from reports.results.comparison import JUDGING_SOLUTION
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 FAULTS = {
     name: CATALOGUE[name]
     for name in (
-        *(fault.name for fault in (*random_samples.GARBAGE, *random_samples.FAULTS)), "sign-reaction", "damped-rate",
+        *(fault.name for fault in (*samples.GARBAGE, *samples.FAULTS)), "sign-reaction", "damped-rate",
         "gravity-model", "impulse-late-millisecond", "impulse-late", "thrust-late-millisecond", "thrust-late", "sloppy",
         "mass", "mass-stuck", "mu", "clock-fast", *(fault.name for fault in declarations.FAULTS),
     )

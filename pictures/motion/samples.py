@@ -11,7 +11,7 @@ import numpy as np
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import COMPILED, find_engine
 from pictures.motion.windows import Window, window_of
-from reports.chapters.comparison.orbit import Geometry, joints
+from reports.plotting.chain import Geometry, joints
 from scenarios.scene import Run
 
 if TYPE_CHECKING:

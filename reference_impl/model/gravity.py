@@ -1,4 +1,6 @@
-"""Gravity of the central body on the bars, without any subtraction of two large numbers.
+"""Gravity of the central body's point field, and the torque of its gradient; other models are effects beside it.
+
+No two large numbers are subtracted.
 
 Encke's method: with q = (2 Z0 + d)·d / |Z0|², an inverse power of the distance is |Z0 + d|^-p = |Z0|^-p (1+q)^(-p/2).
 Its change expm1(-p/2 log1p(q)) keeps all digits for any small d. Encke's method replaces the paper's O(N²) sums

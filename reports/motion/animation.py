@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from reports.chapters.comparison.orbit import (
+from reports.motion.charts import DrawingError, in_unit
+from reports.motion.figure import HUES, UNIT_WORDS, line_style, picture, style
+from reports.page import surroundings, templates
+from reports.plotting.chain import (
     MOST_TURN_RAD,
     TURN_RAD,
     Geometry,
@@ -21,9 +24,6 @@ from reports.chapters.comparison.orbit import (
     joints,
     moving_chain,
 )
-from reports.motion.charts import DrawingError, in_unit
-from reports.motion.figure import HUES, UNIT_WORDS, line_style, picture, style
-from reports.page import surroundings, templates
 from reports.plotting.palette import COLOURS
 from reports.plotting.panels import Panel
 from reports.plotting.series import numbered

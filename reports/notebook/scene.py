@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.comparison.orbit import SHARE, Geometry, draw_chains, joints, square_chart
 from reports.chapters.comparison.scene import facts
 from reports.notebook.card import card, facts_table, picture
+from reports.plotting.chain import SHARE, Geometry, draw_chains, joints, square_chart
 from reports.plotting.palette import COLOURS
 from reports.text.record import SceneRecord
 from scenarios.effect_types import Gravity

@@ -10,8 +10,8 @@ import math
 from typing import TYPE_CHECKING
 
 from scenarios.effect_types import Gravity
-from scenarios.limits import VALUES, LimitError
 from scenarios.scene import CentralBody, is_bound
+from scenarios.size_limits import VALUES, LimitError
 from scenarios.toml.effect_tables import each, slender_inertia
 from scenarios.toml.orbit_forms import orbit_of
 from scenarios.toml.scene_tables import MIDWAY

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
-from scenarios.limits import LEAST_MAGNITUDE, MOST_MAGNITUDE, MOST_POINTS, MOST_TABLES
+from scenarios.size_limits import LEAST_MAGNITUDE, MOST_MAGNITUDE, MOST_POINTS, MOST_TABLES
 
 
 def check_not_tiny(value: float) -> float:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, get_origin
 
 from pydantic import BaseModel
 
-from scenarios.limits import MOST_FAULTS, MOST_KEY
 from scenarios.nearest import nearest, nearest_name
+from scenarios.size_limits import MOST_FAULTS, MOST_KEY
 from scenarios.text import shorten, visible
 from scenarios.toml.effect_tables import LIST, NUMBER
 from scenarios.toml.file import SceneFile
@@ -37,7 +37,7 @@ BOUNDS = {
 
 
 def fault_lines(error: ValidationError, root: type[BaseModel] = SceneFile) -> list[str]:
-    """Lines on the faults of a file, :data:`~scenarios.limits.MOST_FAULTS` at most, and how many more there are."""
+    """Lines on faults of a file, at most :data:`~scenarios.size_limits.MOST_FAULTS`, and how many more there are."""
     faults = error.errors()[:CONSIDERED]
     lines = [line for fault in without_echoes(faults, root) for line in explain(fault, root).split("\n")]
     more = len(lines) - MOST_FAULTS + error.error_count() - len(faults)

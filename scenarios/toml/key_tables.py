@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from scenarios.key_words import unit
-from scenarios.limits import BARS, MOST_MAGNITUDE
+from scenarios.size_limits import BARS, MOST_MAGNITUDE
 from scenarios.toml.file import SceneFile
 
 if TYPE_CHECKING:

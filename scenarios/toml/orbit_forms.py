@@ -6,9 +6,9 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING
 
-from scenarios.limits import MOST_MAGNITUDE
 from scenarios.orbits import orbit_of_elements, orbit_of_state, true_anomaly_rad
 from scenarios.scene import Orbit
+from scenarios.size_limits import MOST_MAGNITUDE
 
 if TYPE_CHECKING:
     from scenarios.scene import CentralBody

@@ -5,8 +5,8 @@ from __future__ import annotations
 import tomllib
 from typing import TYPE_CHECKING, Any
 
-from scenarios.limits import FILE_BYTES, MOST_LINE
 from scenarios.named_file import UnreadableError, decoded, read_named
+from scenarios.size_limits import FILE_BYTES, MOST_LINE
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -33,8 +33,8 @@ from scenarios.effect_types import (
     Thrust,
     Turn,
 )
-from scenarios.limits import MOST_MAGNITUDE
 from scenarios.scene import ENDS, CentralBody, Chain, Run, Scene, orbital_rate_rad_s, period_s, start_radius_m
+from scenarios.size_limits import MOST_MAGNITUDE
 from scenarios.toml.alignment import NEAR, on_sample, span, table_on_samples, turn_on_samples
 from scenarios.toml.clock import later, turned
 from scenarios.toml.effect_tables import THIRD_BODIES, each

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from scenarios.limits import (
+from scenarios.size_limits import (
     BARS,
     MOST_DESCRIPTION,
     MOST_PATH,

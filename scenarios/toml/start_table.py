@@ -10,8 +10,8 @@ from pydantic import BaseModel
 
 from scenarios.channels import CHANNELS, CLOCK, TIME, degree_column
 from scenarios.effect_types import Frame
-from scenarios.limits import MOST_KEY
 from scenarios.nearest import nearest
+from scenarios.size_limits import MOST_KEY
 from scenarios.text import shorten, visible
 from scenarios.toml.resolve import IncompleteError
 from scenarios.toml.scene_tables import ANGLE_KEYS, RATE_KEYS, StartTable

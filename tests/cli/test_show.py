@@ -9,7 +9,7 @@ import pytest
 
 import barchain
 from barchain.cli.main import run
-from barchain.cli.results import differing, show_differences
+from barchain.cli.show import differing, show_differences
 from reports.results.rows import IDENTITY, spread
 from tests.support.results import rows_file
 

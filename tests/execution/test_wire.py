@@ -14,7 +14,7 @@ from barchain.runs.call import Answer, CallEnd, packed, unpacked
 from barchain.runs.job import Job, Role
 from barchain.runs.message import MessageError, read_message
 from barchain.runs.run import shared_result, shared_run
-from barchain.runs.versions import version_of
+from barchain.runs.same_code import version_of
 from barchain.solutions.judging import solution_jobs
 from reports.results.outcome import Outcome
 from scenarios import load_scene

@@ -17,7 +17,7 @@ from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
 from adapters.registry import find_engine
 from adapters.trajectory import ENDED
 from reference_impl.model.kinematics import cross, directions, relative_positions, relative_velocities
-from reports.chapters.comparison.orbit import Geometry, joints
+from reports.plotting.chain import Geometry, joints
 from scenarios import SceneError, change_scene, load_scene, make_scene
 from tests.reference.test_end_bodies import reactions_with_multipliers
 from tests.support.kernel import needs_kernel

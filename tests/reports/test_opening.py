@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from reports import render as reports
-from reports.chapters.comparison.orbit import MOST_BYTES, MOST_FRAMES, frame_count, moving_chain
 from reports.chapters.comparison.overview import FEW_COLUMNS, agreement_panel, digits, engine_groups, shade
 from reports.chapters.comparison.report import METRIC_HEADS
 from reports.chapters.comparison.summary import RunCell, Summary, show_first_orbit, summarise
+from reports.plotting.chain import MOST_BYTES, MOST_FRAMES, frame_count, moving_chain
 from reports.plotting.svg import Chart, Scale
 from reports.results.comparison import read_results
 from reports.results.outcome import Outcome

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from reports.chapters.comparison.charts import Reactions, nearest, spread
-from reports.chapters.comparison.orbit import SIZE, DrawnMotion, Geometry, joints, orbit_panels
+from reports.plotting.chain import SIZE, DrawnMotion, Geometry, joints, orbit_panels
 from reports.plotting.palette import COLOURS, DIGITS, PAPER, SERIES, engine_pen
 from reports.plotting.panels import ChartFrame, Line, log_panel
 from reports.plotting.series import decade_range, thin

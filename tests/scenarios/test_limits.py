@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scenarios import SceneError, load_scene, parse_scene, scene_names
-from scenarios.limits import BARS, FILE_BYTES, MOST_FAULTS, MOST_LINE, MOST_MAGNITUDE, LimitError
+from scenarios.size_limits import BARS, FILE_BYTES, MOST_FAULTS, MOST_LINE, MOST_MAGNITUDE, LimitError
 from scenarios.text import check_scene_name, is_hidden, is_scene_name
 
 if TYPE_CHECKING:

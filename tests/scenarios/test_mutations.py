@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.main import run
 from scenarios import SceneError, load_scene
-from scenarios.limits import MOST_FAULTS, MOST_LINE
+from scenarios.size_limits import MOST_FAULTS, MOST_LINE
 from scenarios.text import is_hidden
 from tests.scenarios.mutations import SOURCES, mutations
 

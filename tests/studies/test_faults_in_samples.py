@@ -15,7 +15,7 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
 from barchain.runs.job import Role
 from barchain.studies.selftest.faults.catalogue import CATALOGUE, UnknownFaultError, fault_registration, find
-from barchain.studies.selftest.faults.random_samples import LEAST, SHARES
+from barchain.studies.selftest.faults.samples import LEAST, SHARES
 from benchmarks.random_campaign.scenes import draw
 from scenarios import Gravity
 

@@ -23,7 +23,7 @@ from barchain.studies.selftest.faults import (
     forces,
     output,
     paper_misprints,
-    random_samples,
+    samples,
 )
 from barchain.studies.selftest.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIFIED, find
 from barchain.studies.selftest.faults.fault import FaultGroup, Size
@@ -237,8 +237,8 @@ def test_the_initial_rate_of_a_bar_that_follows_a_law_is_no_place_for_a_fault() 
 
 
 def test_names_are_unique_and_words_are_there() -> None:
-    modules = (declarations, equations, events, forces, output, paper_misprints, random_samples)
-    assert len(CATALOGUE) == sum(len(module.FAULTS) for module in modules) + len(random_samples.GARBAGE)
+    modules = (declarations, equations, events, forces, output, paper_misprints, samples)
+    assert len(CATALOGUE) == sum(len(module.FAULTS) for module in modules) + len(samples.GARBAGE)
     assert len(FIXED_SCENES) > 100
     assert not set(FIXED_SCENES) & set(CONTROLS)
     for fault in CATALOGUE.values():

@@ -37,8 +37,8 @@ beside_worker.answer_call = lambda *given: os._exit(3)
 """
 LACKS_BARCHAIN = "import sys; sys.modules['barchain'] = None"
 OTHER_HOST = """
-from barchain.runs import versions, worker
-versions.digest_of = lambda *names: 'other'
+from barchain.runs import same_code, worker
+same_code.digest_of = lambda *names: 'other'
 worker.main()
 """
 OTHER_SOURCES = f"""

@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.figure import MOST_TEXT
 from barchain.nightly.history.acceptances import fits
-from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
+from scenarios.size_limits import LimitError
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.reading import read_text, tables_of
 from scenarios.toml.scene_tables import words

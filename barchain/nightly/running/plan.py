@@ -14,8 +14,8 @@ from barchain.nightly.errors import HistoryError
 from barchain.nightly.figures.figure import content_digest
 from barchain.runs.choices import choose_setting
 from reports.results.cost import BASELINE
-from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
+from scenarios.size_limits import LimitError
 from scenarios.text import visible
 from scenarios.toml.effect_tables import Positive, Table
 from scenarios.toml.faults import fault_lines

@@ -17,7 +17,7 @@ from urllib.parse import urlsplit
 
 from barchain.runs.cluster.on_dask_worker import worker_versions
 from barchain.runs.message import plain_text
-from barchain.runs.versions import code_fault, protocol_fault
+from barchain.runs.same_code import code_fault, protocol_fault
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine, Iterator

@@ -24,7 +24,7 @@ from barchain.runs.cluster.connection import (
 from barchain.runs.cluster.on_dask_worker import answer_call
 from barchain.runs.message import MessageError
 from barchain.runs.pool import Session
-from barchain.runs.versions import REMEDY, code_versions, task_fault
+from barchain.runs.same_code import REMEDY, code_versions, task_fault
 
 if TYPE_CHECKING:
     from collections.abc import Hashable

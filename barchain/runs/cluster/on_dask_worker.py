@@ -12,7 +12,7 @@ import json
 
 from barchain.runs.call import Call, CallEnd, packed, pickled
 from barchain.runs.pool import START_S, Slot, Slots
-from barchain.runs.versions import versions_bytes
+from barchain.runs.same_code import versions_bytes
 
 IDLE_S = 600.0  # without a call: the memory of its processes is given back
 SLOTS = Slots(IDLE_S)

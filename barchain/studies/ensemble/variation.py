@@ -11,7 +11,7 @@ import numpy as np
 
 from barchain.studies.distributions import FAMILIES, VariationError, parameters, stream
 from scenarios import nearest
-from scenarios.limits import LEAST_MAGNITUDE, MOST_MAGNITUDE
+from scenarios.size_limits import LEAST_MAGNITUDE, MOST_MAGNITUDE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

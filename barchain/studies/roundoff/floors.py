@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 from scipy.special import erf, erfc
 
 from barchain.judge.evidence import turned, turned_back
-from barchain.judge.round_off import ROUNDINGS
+from barchain.judge.noise_to_declare import ROUNDINGS
 from barchain.judge.scales import MAX_NOISE_SHARE, kepler_growth, scales
 from barchain.metrics.quantities import TRACK, differences
 from barchain.runs.asking import declarations_of
@@ -173,10 +173,10 @@ def told(
 def precision_class(share: float, silent: int, tried: int, largest: float = 1.0) -> tuple[str, str]:
     """Class of precision of a spread relative to a quantity's size, and the reason.
 
-    Up to :data:`~barchain.judge.round_off.ROUNDINGS` roundings of one sign add up in a run; `largest` is the largest
-    value over that size, as angles of many turns are rounded to their own last digit. An iteration that stops early
-    leaves as much as single precision does, but tells inputs apart that differ by two ulps of a double: `silent` of the
-    variants that were tried give the same numbers.
+    Up to :data:`~barchain.judge.noise_to_declare.ROUNDINGS` roundings of one sign add up in a run. Of these, `largest`
+    is the largest value over that size, as angles of many turns are rounded to their own last digit. An iteration that
+    stops early leaves as much as single precision does, but tells inputs apart that differ by two ulps of a double:
+    `silent` of the variants that were tried give the same numbers.
     """
     for kind, unit in UNIT_ROUNDOFF.items():
         if LEAST_ROUNDINGS * unit <= share <= ROUNDINGS * unit * largest:

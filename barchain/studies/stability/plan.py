@@ -15,8 +15,8 @@ from reports.results.reading import brief, damaged
 from reports.results.stability import Stability
 from reports.results.writing import write_atomically
 from scenarios import load_scene, scene_names
-from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
+from scenarios.size_limits import LimitError
 from scenarios.toml.reading import read_text, tables_of
 
 if TYPE_CHECKING:

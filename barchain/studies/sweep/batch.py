@@ -20,8 +20,8 @@ from barchain.runs.job import COMPILE_S, Job, Role, failure
 from barchain.runs.left_out import cannot
 from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
 from barchain.runs.run import failed_run, ran, run_job
+from barchain.runs.same_code import need_same_version, version_of
 from barchain.runs.tasks import limit_of, run_task
-from barchain.runs.versions import need_same_version, version_of
 from barchain.studies.sweep.variation import VariedScene
 from reports.results.outcome import Outcome
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports.chapters.comparison.charts import chart_groups
-from reports.chapters.comparison.orbit import DrawnMotion, Geometry, orbit_panels
 from reports.chapters.comparison.overview import (
     DIGIT_WORDS,
     SYMBOLS,
@@ -24,6 +23,7 @@ from reports.chapters.comparison.overview import (
 from reports.chapters.comparison.scene import SceneData, coverage_of, facts, judged_by
 from reports.chapters.comparison.summary import SHORT_OF_THE_RUN, WORDS, RunCell, Summary, summarise
 from reports.page import fitting, surroundings, templates
+from reports.plotting.chain import DrawnMotion, Geometry, orbit_panels
 from reports.plotting.palette import engine_pen
 from reports.plotting.series import numbered
 from reports.results.comparison import FILES, PARTED_RAD, read_results

@@ -1,4 +1,4 @@
-"""Result of a gate: what two builds of an engine differ in, and the answer."""
+"""Result of a gate: what two builds of an engine differ in, and the answer. It is told, and never stored."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from barchain.studies.selftest.faults import (
     forces,
     output,
     paper_misprints,
-    random_samples,
+    samples,
 )
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 from scenarios import nearest
@@ -36,12 +36,12 @@ def by_name(faults: Iterable[Fault]) -> dict[str, Fault]:
 UNMODIFIED = "unmodified"
 CONTROLS = by_name((Fault(UNMODIFIED, "the engine as it is", "no fault", FaultGroup.CONTROL), paper_misprints.CONTROL))
 CATALOGUE = by_name((
-    *paper_misprints.FAULTS, *equations.FAULTS, *forces.FAULTS, *events.FAULTS, *output.FAULTS, *random_samples.FAULTS,
-    *random_samples.GARBAGE, *declarations.FAULTS,
+    *paper_misprints.FAULTS, *equations.FAULTS, *forces.FAULTS, *events.FAULTS, *output.FAULTS, *samples.FAULTS,
+    *samples.GARBAGE, *declarations.FAULTS,
 ))  # fmt: skip
 FOR_OTHER_SCENES = {
     "gravity-model", "impulse-late-millisecond", "thrust-late-millisecond", "sloppy", "mass-stuck", "clock-fast",
-    *(f.name for f in (*random_samples.GARBAGE, *random_samples.FAULTS, *declarations.FAULTS)),
+    *(f.name for f in (*samples.GARBAGE, *samples.FAULTS, *declarations.FAULTS)),
 }  # fmt: skip
 """Names of those that the short scenes need not detect: random scenes (`benchmarks/random_scenes.py`) and tests have
 them"""

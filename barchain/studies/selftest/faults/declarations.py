@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import AccuracyParameter, Coordinates, StatedAnswers
 from barchain.studies.selftest.faults.equations import HEAVIER
 from barchain.studies.selftest.faults.fault import Fault, FaultGroup
-from barchain.studies.selftest.faults.random_samples import largest
+from barchain.studies.selftest.faults.samples import largest
 
 if TYPE_CHECKING:
     from adapters.engine import Declarations
