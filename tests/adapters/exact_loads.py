@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from reference_impl.model.effect import ChainEffect
     from scenarios import Scene
 
+
 def exact_bar(scene: Scene, j: int, place: Any, motion: Any, angle: Any, rate: Any) -> Bar:
     """Bar `j` of a scene at a place from the centre of the body, with the widths of its air or its light."""
     chain, e = scene.chain, scene.effects

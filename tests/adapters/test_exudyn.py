@@ -184,18 +184,6 @@ def test_a_bar_below_the_surface_ends_the_run(engine: type[Engine], speed_factor
     assert len(found.t_s) == len(solution(scene).t_s) < 46
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_no_engine_prints_or_leaves_files(
-    engine: type[Engine], capfd: pytest.CaptureFixture[str], tmp_path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    name = "paper/fig13" if engine is ExudynTree else "paper/fig17"
-    run(engine, shortened(name, 0.01, 3), 500)
-    out, err = capfd.readouterr()
-    assert (out, err) == ("", "")
-    assert not list(tmp_path.iterdir())
-
-
 def test_springs_far_stiffer_than_the_motion_is_fast_are_carried_to_the_end() -> None:
     """Newton's method can't go below the rounding of their torques: this run stopped after 19.5 s of 30 s."""
     scene = make_scene(
@@ -229,11 +217,6 @@ def test_an_engine_that_gives_up_says_so_in_one_line(
     with pytest.raises(EngineError, match=r"^Exudyn: the solver stopped after t = .* s$"):
         run(Exudyn, shortened("paper/fig05", 0.1, 3), 100)
     assert capfd.readouterr() == ("", "")
-
-
-def test_the_tree_rejects_prescribed_rotations_with_a_reason() -> None:
-    assert "constraint" in (ExudynTree.unsupported(load_scene("paper/fig17")) or "")
-    assert all(engine.unsupported(load_scene("paper/fig17")) is None for engine in ENGINES[:4])
 
 
 @pytest.mark.parametrize("path_deg", [0.0, 25.0, -70.0])

@@ -22,10 +22,9 @@ from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
 from adapters.pymunk.iteration_count import sweeps
 from adapters.trajectory import Observable
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
-from scenarios import Gravity, load_scene
+from scenarios import load_scene
 from tests.support import solutions
-from tests.support.slow import one_in
-from tests.support.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors
+from tests.support.step_order import by_steps, effect_scene
 
 BOTH = pytest.mark.parametrize("engine", [Pymunk, PymunkAbsolute])
 HEADROOM = 1.2
@@ -288,27 +287,6 @@ def test_steps_are_rounded_up_to_a_multiple_of_the_samples():
     run = Pymunk().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 100))
     assert run.info["steps"] == 56  # 7 intervals of 8 steps, for the 50 asked for
     assert run.info["dt_s"] == pytest.approx(scene.run.duration_s / 56)
-
-
-@BOTH
-def test_nothing_is_printed_or_written(engine, capfd, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    scene = dataclasses.replace(steep(orbits=0.1), effects=dataclasses.replace(steep().effects, gravity=Gravity.POINT))
-    engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 500))
-    assert capfd.readouterr() == ("", "")
-    assert not list(tmp_path.iterdir())
-
-
-@BOTH
-@pytest.mark.parametrize("name", one_in(3, SMOOTH + JUMPING))
-def test_every_effect_is_carried_to_the_methods_order(name, engine):
-    """Against the reference: twice the steps leave 1/4, with events and impulses."""
-    scene = effect_scene(name, 0.2)
-    steps = (20, 40) if engine is Pymunk else (4, 8)  # smaller ones drown in places' rounding, see `noise`
-    coarse, fine = (errors(by_steps(engine, scene, n), scene) for n in steps)
-    assert ("impulse_N_s" in fine) == (name == "impulse")
-    for channel, error in fine.items():
-        assert math.log2(coarse[channel] / error) == pytest.approx(2.0, abs=0.3), channel
 
 
 def test_the_shadow_and_events_within_a_step_are_rejected():

@@ -156,11 +156,3 @@ def test_a_chain_that_passes_lower_than_it_is_long_is_none_of_a_particles_busine
     assert "the bars' attitude decides" in str(Rebound.unsupported(load_scene("hard/grazing_touch")))
     for name in ("hard/vertical_fall", "hard/perigee_099", "paper/fig05"):
         assert Rebound.unsupported(load_scene(name)) is None
-
-
-def test_nothing_is_printed_or_written(capfd, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for rtol in (1e-6, 1e-12):
-        Rebound().run(particle(1.1, samples=11), Setting(AccuracyParameter.RTOL, rtol))
-    assert capfd.readouterr() == ("", "")
-    assert not list(tmp_path.iterdir())
