@@ -19,6 +19,7 @@ from adapters.common.joint_coordinates import from_joint_coordinates
 from adapters.common.step_alignment import events_by_step, inner_events_s, misalignment
 from scenarios import Axes, End, Gravity, Impulse, Thrust, load_scene
 from tests.adapters.exact_loads import exact_accelerations, exact_bar, exact_effects, point_pull
+from tests.support.changed import lasting, under, with_chain
 from tests.support.generic_scenes import of_bars
 from tests.support.slow import one_in
 
@@ -37,15 +38,15 @@ def scene_of(name, gravity, size):
     """Scene `effects/name` with three unequal bars of `size` m."""
     scene = load_scene(f"effects/{name}")
     mass, length = (70.0, 20.0, 110.0), tuple(size * f for f in (0.4, 1.0, 0.7))
-    chain = dataclasses.replace(
-        scene.chain,
+    scene = with_chain(
+        scene,
         mass_kg=mass,
         length_m=length,
         inertia_kg_m2=tuple(m * a * a / 12.0 for m, a in zip(mass, length, strict=True)),
         angle_rad=(1.0, 0.3, -2.0),
         rate_factor=(1.0, -2.0, 0.5),
     )
-    return dataclasses.replace(scene, chain=chain, effects=dataclasses.replace(scene.effects, gravity=Gravity(gravity)))
+    return under(scene, gravity=Gravity(gravity))
 
 
 def state(size, bars=3):
@@ -79,7 +80,7 @@ def exact(scene, here, spots, rates, *, free_falling=True):
 
 def fall_of(scene, place, t_s):
     """Acceleration of a point by all fields."""
-    point = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, gravity=Gravity.POINT))
+    point = under(scene, gravity=Gravity.POINT)
     return exact_accelerations(point, [exact_bar(point, 0, place, 0, 0, 0)], 0, t_s)[0]
 
 
@@ -119,11 +120,9 @@ def test_what_a_short_slender_bar_feels_beyond_a_point_keeps_all_digits(size):
 
 def without_gravity(name):
     """Scene `effects/name` of its own bars without gravity, in air that is thick at the place of :func:`state`."""
-    scene = load_scene(f"effects/{name}")
-    effects = dataclasses.replace(scene.effects, gravity=Gravity.NONE)
-    if effects.drag:
-        effects = dataclasses.replace(effects, drag=dataclasses.replace(effects.drag, altitude_m=7e5))
-    return dataclasses.replace(scene, effects=effects)
+    scene = under(load_scene(f"effects/{name}"), gravity=Gravity.NONE)
+    drag = scene.effects.drag
+    return under(scene, drag=dataclasses.replace(drag, altitude_m=7e5)) if drag else scene
 
 
 @pytest.mark.parametrize("name", ["drag", "solar_pressure", "thrust", "joint_springs"])
@@ -209,7 +208,6 @@ def test_events_coincide_with_ends_of_steps_or_are_rejected():
     assert misalignment(scene) is None
     assert events_by_step(scene, 2.5) == {round(t / 2.5): () for t in (105.0, 295.0, 405.0, 605.0, 815.0, 1105.0)}
     assert inner_events_s(load_scene("effects/thrust")) == []
-    off = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=2001.0))
-    assert "midway between two" in misalignment(off)
+    assert "midway between two" in misalignment(lasting(scene, 2001.0))
     struck = load_scene("effects/impulse")
     assert [len(found) for found in events_by_step(struck, 1.25).values()] == [1, 1]

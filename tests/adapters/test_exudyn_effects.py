@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mpmath as mp
 import numpy as np
@@ -18,6 +18,7 @@ from adapters.exudyn.solver import method_for
 from scenarios import Gravity, Scene, load_scene
 from tests.adapters.exact_loads import exact_bar, exact_effects, vector
 from tests.support import solutions
+from tests.support.changed import lasting, under, with_chain
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
@@ -31,15 +32,6 @@ PLACE_M = np.array([6.9e6, -1.1e6])  # from the centre of the body, inertial axe
 VELOCITY_M_S = np.array([1500.0, 7100.0])
 ANGLE, RATE = 0.83, 1.4e-3
 AT_S = 613.0
-
-
-def with_effects(name: str, **changes: Any) -> Scene:
-    scene = load_scene(f"effects/{name}")
-    return dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, **changes))
-
-
-def shortened(scene: Scene, duration_s: float, samples: int) -> Scene:
-    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=duration_s, samples=samples))
 
 
 def extra_load(scene: Scene, *, absolute: bool, bar: int = 0) -> tuple[np.ndarray, float]:
@@ -74,9 +66,7 @@ def test_the_exact_bar_is_the_integral_along_it_to_all_digits(absolute: bool, le
     scene = load_scene("effects/slender")
     n = scene.bars
     inertia = tuple(m * length_m**2 / 12.0 for m in scene.chain.mass_kg)
-    scene = dataclasses.replace(
-        scene, chain=dataclasses.replace(scene.chain, length_m=(length_m,) * n, inertia_kg_m2=inertia)
-    )
+    scene = with_chain(scene, length_m=(length_m,) * n, inertia_kg_m2=inertia)
     force, torque = exact_load(scene)
     found, turning = extra_load(scene, absolute=absolute)
     # a place near a rotating frame, turned into its axes and back, has lost a few units of the last digit of 1e6 m
@@ -88,8 +78,8 @@ def test_the_exact_bar_is_the_integral_along_it_to_all_digits(absolute: bool, le
 @pytest.mark.parametrize("name", ["oblateness", "third_body"])
 @pytest.mark.parametrize("gravity", [Gravity.POINT, Gravity.GRADIENT, Gravity.QUADRUPOLE, Gravity.SLENDER])
 def test_fields_are_their_potentials_in_many_digits(name: str, gravity: Gravity, absolute: bool) -> None:
-    scene = with_effects(name, gravity=gravity)
-    alone = with_effects(name, gravity=gravity, oblateness=None, third_body=())
+    scene = under(load_scene(f"effects/{name}"), gravity=gravity)
+    alone = under(load_scene(f"effects/{name}"), gravity=gravity, oblateness=None, third_body=())
     extended = gravity.has_potential and gravity.turns
     bare, bare_torque = extra_load(alone, absolute=absolute) if extended else (np.zeros(2), 0.0)
     with mp.workdps(60):
@@ -133,7 +123,7 @@ def shorter(name: str) -> Scene:
     if name == "thrust_table":  # whose thrusts start and end
         return scene
     # in the light, bars keep their faces to the Sun for a while only
-    return shortened(scene, 4000.0 if name == "solar_pressure" else 0.5 * scene.run.duration_s, 11)
+    return lasting(scene, 4000.0 if name == "solar_pressure" else 0.5 * scene.run.duration_s, 11)
 
 
 def error(found: Trajectory, name: str, what: str) -> float:
@@ -165,8 +155,7 @@ def test_the_tree_agrees_with_the_reference_to_nine_digits(name: str) -> None:
 def test_a_sample_at_a_jump_shows_what_was_just_before_it(engine: type[Engine]) -> None:
     scene = load_scene("effects/thrust_table")
     late = dataclasses.replace(scene.effects.thrust[1], times_s=(400.0, 1000.0))
-    scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=(late,)))
-    scene = shortened(scene, 1200.0, 13)
+    scene = lasting(under(scene, thrust=(late,)), 1200.0, 13)
     found = engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 2000))
     exact = solutions.run(scene, 1e-12)
     assert found.reaction_N is not None
@@ -184,9 +173,12 @@ def test_events_within_equal_steps_are_rejected_with_a_reason() -> None:
     odd = dataclasses.replace(
         load_scene("effects/thrust_table").effects.thrust[0], times_s=(105.0, 295.0, 605.3, 815.0)
     )
-    assert all("605.3" in (engine.unsupported(with_effects("thrust_table", thrust=(odd,))) or "") for engine in ENGINES)
+    assert all(
+        "605.3" in (engine.unsupported(under(load_scene("effects/thrust_table"), thrust=(odd,))) or "")
+        for engine in ENGINES
+    )
     slews = load_scene("effects/slews").effects.prescribed_rotation[:1]
-    both = with_effects("thrust_table", prescribed_rotation=slews)
+    both = under(load_scene("effects/thrust_table"), prescribed_rotation=slews)
     assert all("wrong accelerations" in (engine.unsupported(both) or "") for engine in REDUNDANT)
 
 
@@ -195,14 +187,14 @@ def test_a_bar_that_turns_its_other_face_ends_the_run_with_a_reason(engine: type
     scene = load_scene("effects/solar_shadow")
     light = scene.effects.solar_pressure
     assert light is not None
-    scene = with_effects("solar_shadow", solar_pressure=dataclasses.replace(light, shadow=False))
+    scene = under(load_scene("effects/solar_shadow"), solar_pressure=dataclasses.replace(light, shadow=False))
     with pytest.raises(UnsupportedMotionError, match=r"other face to the Sun between t = "):
         engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 500))
 
 
 def test_newtons_tolerance_knows_how_far_effects_take_the_chain() -> None:
     plain, flat = load_scene("paper/fig13"), load_scene("effects/oblateness")
-    none = with_effects("oblateness", oblateness=None)
+    none = under(load_scene("effects/oblateness"), oblateness=None)
     find = functools.partial(method_for, explicit=False, index3=True, absolute=False)
     assert find(flat).residual_N > 100.0 * find(none).residual_N
     assert find(plain).residual_N < 1e-9
@@ -221,8 +213,7 @@ def test_what_is_left_at_a_trees_free_end_is_the_rounding_it_declares(name: str)
 def test_a_prescribed_rotation_goes_on_beside_other_effects(engine: type[Engine]) -> None:
     slews, flat = load_scene("effects/slews"), load_scene("effects/oblateness").effects.oblateness
     moon = load_scene("effects/third_body").effects.third_body[:1]
-    effects = dataclasses.replace(slews.effects, gravity=Gravity.QUADRUPOLE, oblateness=flat, third_body=moon)
-    scene = shortened(dataclasses.replace(slews, effects=effects), 300.0, 7)
+    scene = lasting(under(slews, gravity=Gravity.QUADRUPOLE, oblateness=flat, third_body=moon), 300.0, 7)
     exact = solutions.run(scene, 1e-12)
     assert exact.angle_rad is not None
     errors = []
