@@ -161,20 +161,6 @@ def test_no_step_straddles_a_break_of_a_law_and_samples_at_breaks_are_seen_once(
         assert apart.max() <= 1e-11 * size  # 100 steps at 1e-13
 
 
-@pytest.mark.exhaustive  # to compile it takes some ten seconds
-def test_a_chain_of_fifty_bars_runs():
-    n = 50
-    one = vars(load_scene("paper/fig13").chain)
-    chain = {key: values[:1] * n for key, values in one.items() if key != "angle_from"}
-    scene = varied("paper/fig13", chain=chain, run={"duration_s": 60.0, "samples": 3})
-    seen, solution = (
-        Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
-        solutions.run(scene, 1e-13),
-    )
-    assert differences(seen, solution)["attitude"].max() <= 1e-11
-    assert differences(seen, solution)["reaction"].max() <= 1e-11
-
-
 def test_units_are_powers_of_two_so_that_nothing_is_rounded():
     units = units_of(load_scene("paper/fig17"))
     assert all(np.frexp(x)[0] == 0.5 for x in (units.length_m, units.time_s))

@@ -20,7 +20,7 @@ from adapters.heyoka.adapter import Heyoka, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD
 from adapters.heyoka.events import Modes
 from adapters.heyoka.run import HeyokaRun
-from adapters.heyoka.structure import BAR, LAW, Structure, structure_of
+from adapters.heyoka.structure import structure_of
 from reference_impl.model import invariants
 from reference_impl.model.kinematics import relative_positions, relative_velocities
 from scenarios import (
@@ -38,12 +38,11 @@ from scenarios import (
     SolarPressure,
     ThirdBody,
     Thrust,
-    load_scene,
 )
 from tests.adapters.exact_loads import exact_accelerations, exact_bar
 from tests.harness.certified_start import scene_of, start
 from tests.support import solutions
-from tests.support.scene_lists import TAME
+from tests.support.changed import lasting, on_orbit, under
 from tests.support.slow import one_in
 
 U = 2.0**-53
@@ -53,9 +52,9 @@ OBLATE = Oblateness(1e-3, 6.4e6)
 BODIES = (ThirdBody("moon", 4.9e12, 3.8e8, 0.3, 2.7e-6), ThirdBody("other", 1e13, 5e7, -1.2, 1e-5))
 FIELDS = {
     "central": {},
-    "oblate": {"oblateness": Oblateness(1e-3, 6.4e6)},
+    "oblate": {"oblateness": OBLATE},
     "third bodies": {"third_body": BODIES},
-    "all": {"oblateness": Oblateness(1e-3, 6.4e6), "third_body": BODIES},
+    "all": {"oblateness": OBLATE, "third_body": BODIES},
 }
 AIR = Drag(2e-11, 340e3, 50e3, 7.3e-5, (0.3,), 2.2, 1.8)
 LIGHT = SolarPressure(4.6e-6, 1.0, 2e-7, (0.5,), 0.3, shadow=True)
@@ -114,12 +113,10 @@ def test_light_pushes_from_either_side_and_not_in_the_shadow(sun):
     assert (check_near(scene, in_the_light) == 0) == (sun == 3.6)
 
 
-def circling(effects, **changes):
+def circling(effects):
     """One bar on a circle, not moved by anything to speak of, through one revolution."""
-    scene = scene_of(dataclasses.replace(effects, gravity=Gravity.POINT), **changes)
-    scene = dataclasses.replace(scene, orbit=dataclasses.replace(scene.orbit, speed_factor=1.0))
-    run = dataclasses.replace(scene.run, duration_s=scene.period_s, samples=41)
-    return dataclasses.replace(scene, run=run)
+    scene = on_orbit(scene_of(effects), speed_factor=1.0)
+    return lasting(scene, scene.period_s, 41)
 
 
 def zeros(phase, rate, duration):
@@ -253,13 +250,10 @@ def test_springs_give_back_what_they_take_and_dampers_lose_what_they_turn_to_hea
     """Without gravity: energy of motion and springs; losses by Simpson's rule on 2001 samples, of order 4."""
     springs = JointSpringDamper((2.0,), (0.0,), (0.3,))
     scene = scene_of(Effects(Gravity.NONE, joint_spring_damper=springs), **PAIR)
-    scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=2001))
+    scene = lasting(scene, scene.run.duration_s, 2001)
     for damping in (0.0, 50.0):
-        effects = dataclasses.replace(springs, damping_N_m_s_rad=(damping,))
-        seen = Heyoka().run(
-            dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, joint_spring_damper=effects)),
-            Setting(AccuracyParameter.RTOL, 1e-15),
-        )
+        damped = under(scene, joint_spring_damper=dataclasses.replace(springs, damping_N_m_s_rad=(damping,)))
+        seen = Heyoka().run(damped, Setting(AccuracyParameter.RTOL, 1e-15))
         model, bend = chain_model(scene), np.diff(seen.angle_rad, axis=1)[:, 0]
         energy = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s) + (bend - 0.3) ** 2
         power = damping * np.diff(seen.rate_rad_s, axis=1)[:, 0] ** 2
@@ -287,9 +281,8 @@ def test_a_bar_held_to_its_horizon_stays_there_whatever_else_moves_it():
     scene = scene_of(effects, **PAIR)
     body = dataclasses.replace(scene.central_body, radius_m=0.0)  # no surface to be watched
     orbit = dataclasses.replace(scene.orbit, altitude_m=scene.radius0_m)
-    seen = Heyoka().run(
-        dataclasses.replace(scene, central_body=body, orbit=orbit), Setting(AccuracyParameter.RTOL, 1e-15)
-    )
+    scene = dataclasses.replace(scene, central_body=body, orbit=orbit)
+    seen = Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15))
     place = seen.com_m + relative_positions(chain_model(scene), seen.angle_rad)[:, 1]
     off = seen.angle_rad[:, 1] - np.unwrap(np.arctan2(place[:, 1], place[:, 0]))
     # each step may err by 1e-15 in the angle and in the longitude, and its rates carry that through the run
@@ -301,20 +294,8 @@ def test_a_bar_held_to_its_horizon_stays_there_whatever_else_moves_it():
 def test_a_scene_that_a_thrust_brings_down_ends_at_the_surface_as_the_references_does():
     brake = Thrust(1, End.LEFT, Axes.INERTIAL, 0.4 - math.pi / 2, (0.0, 900.0), (15.0, 15.0))
     scene = scene_of(Effects(Gravity.POINT, thrust=(brake,)), angle_rad=(0.0,), rate_factor=(0.0,))
-    run = dataclasses.replace(scene.run, duration_s=4000.0, samples=41)
-    scene = dataclasses.replace(scene, orbit=dataclasses.replace(scene.orbit, speed_factor=1.0), run=run)
+    scene = lasting(on_orbit(scene, speed_factor=1.0), 4000.0, 41)
     assert structure_of(scene).lands
-    seen, solution = (
-        Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
-        solutions.run(scene, 1e-13),
-    )
+    seen, solution = Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)), solutions.run(scene, 1e-13)
     assert seen.ended[:-5] == solution.ended[:-5] != ""  # to 0.01 s
     assert len(seen.t_s) == len(solution.t_s) < scene.run.samples
-
-
-@pytest.mark.parametrize("name", [n for n in TAME if not n.startswith(("effects/", "published/"))])
-def test_a_scene_without_effects_has_no_symbol_nor_parameter_of_theirs(name):
-    shape = structure_of(load_scene(name))
-    assert shape == Structure(shape.bars, shape.gravity, shape.laws, shape.lands)
-    assert len(shape.slots) == 2 + len(BAR) * shape.bars + len(LAW) * len(shape.laws)
-    assert shape.modes == ()
