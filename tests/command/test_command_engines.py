@@ -15,6 +15,7 @@ from adapters.command.entries import FILES, EntryError, content_digest, read_ent
 from adapters.command.own_python import VARIABLE
 from adapters.engine import Setting
 from adapters.registry import engines, find_engine
+from barchain.cli.engines import OFFERED
 from barchain.cli.main import cli
 from barchain.conform.run import conform
 from barchain.engine.new_program import LANGUAGES, write_program
@@ -255,6 +256,10 @@ def start_of(language, folder, monkeypatch):
     entry.write_text("".join(line for line in lines if not line.startswith("requirements")))
     monkeypatch.setenv(FILES, str(entry))
     return len((folder / of.source).read_text().splitlines())
+
+
+def test_the_command_line_offers_every_language():
+    assert ("python", *LANGUAGES) == OFFERED
 
 
 @pytest.mark.slow
