@@ -48,8 +48,9 @@ NOISE_RAD = {
 
 def weaker(by: float) -> Callable[[Effects], dict[str, Any]]:
     """Change of effects: thrusts are smaller by a share."""
+    share = 1.0 - by
     return lambda e: {
-        "thrust": [dataclasses.replace(t, force_N=tuple((1.0 - by) * f for f in t.force_N)) for t in e.thrust]
+        "thrust": tuple(dataclasses.replace(t, force_N=tuple(share * f for f in t.force_N)) for t in e.thrust)
     }
 
 
