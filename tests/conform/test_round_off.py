@@ -89,7 +89,7 @@ def test_scenes_for_which_no_time_is_left_fail_with_that_reason() -> None:
 def test_a_scene_that_hangs_costs_its_own_limit_and_is_told_by_its_name() -> None:
     said: list[str] = []
     given = examined("tests.conform.wrong_engines:HangsInOneScene")
-    engine = dataclasses.replace(given, run_s=1.5, note=said.append)
+    engine = dataclasses.replace(given, run_s=2.0, note=said.append)
     names = [f"conform/{name}_free" for name in ("one_bar", "two_bars", "three_bars")]
     made = physics.main_and_finer(engine, names)
     assert [{run.outcome for run in made[name].values()} for name in names] == [
