@@ -126,7 +126,6 @@ def test_a_motor_between_small_bars_does_not_fail() -> None:
     assert len(run.t_s) == scene.run.samples
 
 
-@pytest.mark.slow
 def test_a_balance_that_drifts_by_declared_noise_accuses_nobody() -> None:
     """Energy about the centre of mass follows from angles and rates; both are as uncertain as the engine declares."""
     scene = far_out(30000e3, 0.5, BODIES)
