@@ -172,6 +172,7 @@ def test_the_package_installs_with_pip_and_takes_part_in_a_comparison(package: P
         (["json"], "json given, which names a package of Python's library"),
         (["trial", "--out", "nowhere/trial"], "there is no folder nowhere"),
         (["trial", "--out", "."], "is there already"),
+        (["trial", "--out", ""], "no text given"),
         ([], "Missing argument 'NAME'"),
     ],
 )

@@ -30,6 +30,10 @@ def test_the_line_of_the_engine_is_named_and_inside_a_library_that_of_the_librar
     assert said.startswith(f"LinAlgError: Singular matrix ({HERE}:{line} in invert, raised in numpy.linalg")
 
 
+def test_an_exception_that_was_never_raised_has_no_place():
+    assert exception_words(ValueError("no")) == "ValueError: no"
+
+
 def test_words_are_one_printable_line():
     def several_lines():
         raise ValueError("first\nsecond\x1b[31m")
