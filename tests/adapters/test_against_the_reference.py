@@ -186,7 +186,7 @@ def some_of(share, engines, names):
     """Pairs of engines and effects: in the default run each engine has some effects, and each effect some engine."""
     there = of_those_here(*engines)
     pairs = [(k + j, engine, name) for k, engine in enumerate(there) for j, name in enumerate(names)]
-    return left_to_later((pytest.param(*pair), k % share == 0) for k, *pair in pairs)
+    return left_to_later((pytest.param(*pair), k % share == share - 1) for k, *pair in pairs)
 
 
 BY_STEPS = {"pymunk": (2.0, 0.3, 0.2, 20), "pymunk-absolute": (2.0, 0.3, 0.2, 4), "mujoco": (4.0, 0.6, 0.4, 4)}
@@ -219,7 +219,7 @@ def test_every_effect_is_carried_to_the_accuracy_asked_for(engine, name):
     scene = effect_scene(name, share)
     found, true = run(engine, scene, rtol), solution(scene)
     for channel, error in errors(found, scene).items():
-        size = np.abs(getattr(true, channel)).max()
+        size = max(np.abs(getattr(true, channel)).max(), 1e-30)  # before a blow there is no impulse
         assert error < allowed * max(size, channel == "angle_rad" and engine not in IDA), channel
 
 

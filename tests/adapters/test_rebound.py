@@ -8,13 +8,12 @@ import pytest
 from adapters.common.kepler import propagate
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.rebound.adapter import Rebound
-from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, load_scene
 from tests.support.changed import lasting, on_orbit, under, with_chain
+from tests.support.generic_scenes import solution
 from tests.support.slow import one_in
 
 EPS = np.finfo(float).eps
-REFERENCE = Setting(AccuracyParameter.RTOL, 1e-13)
 
 
 def particle(speed_factor, *, samples=201, orbits=2.0, duration_s=None, gravity=Gravity.POINT):
@@ -134,7 +133,7 @@ def test_steep_chains_differ_by_their_own_factor(angle_deg, factor):
 
 def difference(scene):
     """Distance at the end between the chain's centre of mass and REBOUND's particle, m."""
-    return float(np.hypot(*(Reference().run(scene, REFERENCE).com_m[-1] - Rebound().run(scene).com_m[-1])))
+    return float(np.hypot(*(solution(scene).com_m[-1] - Rebound().run(scene).com_m[-1])))
 
 
 def test_prescribed_rotations_do_not_stand_in_the_way_of_a_track():
