@@ -10,9 +10,8 @@ import pytest
 import barchain
 from adapters.basilisk.chain import Chain, steps_of_sample, why_left_out
 from adapters.command.entries import found_entries
-from adapters.command.own_python import VARIABLE
 from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ALL, built_in, engines, find_engine
+from adapters.registry import ALL, built_in, engines
 from adapters.request import run_request
 from barchain.conform.scenes import candidates
 from barchain.runs.choices import chosen_engines, programs_here
@@ -38,15 +37,6 @@ def test_it_runs_only_where_it_is_named(tmp_path: Path, monkeypatch: pytest.Monk
     assert programs_here() == []
     assert "basilisk" not in chosen_engines(None) | chosen_engines([ALL])
     assert list(chosen_engines(["basilisk"])) == ["basilisk"]
-
-
-def test_without_its_environment_it_is_missing_and_the_command_that_makes_it_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(VARIABLE, str(tmp_path))
-    found = find_engine("basilisk")
-    assert found.missing == "its environment is not there; make it: barchain engines --make basilisk"
-    assert found.remedy == found.install == "barchain engines --make basilisk"
 
 
 def test_an_engine_of_that_name_in_a_users_file_takes_its_place(
@@ -93,16 +83,10 @@ def test_the_centre_of_mass_stands_where_the_angles_put_it_and_moves_as_they_tur
 
 @in_basilisk
 @pytest.mark.exhaustive
-def test_it_agrees_with_the_certified_solution_of_three_bars_in_gravity(tmp_path: Path) -> None:
-    found = barchain.compare([CARRIED], ["basilisk"], tmp_path / "out")
-    assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
-    assert set(found.metrics.quantity) >= {"com", "attitude", "rate"}
-
-
-@in_basilisk
-@pytest.mark.exhaustive
-def test_it_agrees_in_the_part_of_a_scene_of_many_effects_that_it_carries(tmp_path: Path) -> None:
-    scene = candidates(BASILISK.declarations(), "conform/together_8")[0]
+@pytest.mark.parametrize("name", [CARRIED, "conform/together_8"])
+def test_it_agrees_with_the_certified_solution_of_what_it_carries(tmp_path: Path, name: str) -> None:
+    scene = candidates(BASILISK.declarations(), name)[0]
     assert scene.effects.names == {"gravity.point"}
     found = barchain.compare([scene], ["basilisk"], tmp_path / "out")
     assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
+    assert set(found.metrics.quantity) >= {"com", "attitude", "rate"}

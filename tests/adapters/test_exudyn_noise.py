@@ -12,13 +12,13 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3
 from adapters.exudyn.noise import index3_gain
 from adapters.reference.compiled_engine import ReferenceWide
-from barchain import compare
+from barchain.studies.comparison.run import run_comparison
+from reports.results.outcome import Outcome
 from scenarios import parse_scene
+from tests.support.here import HERE
 from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from scenarios import Scene
 
 FAR_OUT = """
@@ -126,9 +126,8 @@ def test_a_motor_between_small_bars_does_not_fail() -> None:
     assert len(run.t_s) == scene.run.samples
 
 
-def test_a_balance_that_drifts_by_declared_noise_accuses_nobody(tmp_path: Path) -> None:
+def test_a_balance_that_drifts_by_declared_noise_accuses_nobody() -> None:
     """Energy about the centre of mass follows from angles and rates; both are as uncertain as the engine declares."""
-    file = tmp_path / "far.toml"
-    file.write_text(FAR_OUT.format(altitude=30000e3, length=0.5, effects=BODIES), encoding="utf-8")
-    frame = compare([str(file)], ["exudyn-absolute", "reference"], workers=1).to_frame()
-    assert frame.loc["far", "exudyn-absolute"] == "unsupported"
+    scene = far_out(30000e3, 0.5, BODIES)
+    found = run_comparison([scene], ["exudyn-absolute", "reference"], executor=HERE)
+    assert found.outcomes["far", "exudyn-absolute"] is Outcome.UNSUPPORTED

@@ -1,6 +1,6 @@
-"""IDA against the reference: residual and Jacobian, orders, joints, and what index 3 can't do."""
+"""IDA's own: residual and Jacobian, orders, joints, and what index 3 can't do."""
 
-from itertools import pairwise
+import functools
 
 import numpy as np
 import pytest
@@ -9,17 +9,16 @@ from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.ida.adapter import IdaGgl, IdaIndex1, IdaIndex2, IdaIndex3
 from adapters.ida.chain import Form, RedundantChain
-from scenarios import Gravity, load_scene
-from tests.support.generic_scenes import generic, of_bars, solution, solution_at_start, steep, worst
-from tests.support.step_order import JUMPING, SMOOTH, effect_scene, errors
+from scenarios import load_scene
+from tests.support.generic_scenes import of_bars, solution, steep, worst
 
 pytest.importorskip("sksundae")
 EPS = np.finfo(float).eps
 ENGINES = [IdaIndex1, IdaIndex2, IdaGgl, IdaIndex3]
 each = pytest.mark.parametrize("engine", ENGINES)
-controlled = pytest.mark.parametrize("engine", ENGINES[:3])
 
 
+@functools.lru_cache(16)
 def run(engine, scene, rtol):
     return engine().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
@@ -28,19 +27,6 @@ def begun(scene, form=Form.INDEX_1):
     """A chain with its consistent state and slopes at t = 0."""
     chain = RedundantChain(scene, form)
     return chain, *chain.consistent(0.0, chain.start(initial_state(scene)) / chain.units)
-
-
-@pytest.mark.parametrize("gravity", list(Gravity))
-@pytest.mark.parametrize("size", [1.0, 1e-4])
-def test_the_start_has_the_references_accelerations_and_reactions_to_round_off(size, gravity):
-    for seed in range(3):
-        scene = generic(seed, size=size, gravity=gravity)
-        chain, y, slopes = begun(scene)
-        true = solution_at_start(scene)
-        angular = (slopes * chain.units * chain.rate)[chain.v][-scene.bars :]
-        reaction = (y * chain.units)[chain.reactions].reshape(2, -1).T
-        assert worst(angular, true.angle_rad_s2) < 100.0 * EPS * np.abs(true.angle_rad_s2).max()
-        assert worst(reaction, true.reaction_N) < 100.0 * EPS * np.abs(true.reaction_N).max()
 
 
 @pytest.mark.parametrize("form", list(Form))
@@ -66,18 +52,10 @@ def test_the_jacobian_is_that_of_the_residual(form, effect):
     assert wrong.max() < 1e-5 * c  # loads are differenced over 1e-7, to u/1e-7 and the square of that step
 
 
-@controlled
-def test_a_tenth_of_the_tolerance_is_a_tenth_of_the_error(engine):
-    scene = steep(name="paper/fig13")
-    error = [worst(run(engine, scene, rtol).angle_rad, solution(scene).angle_rad) for rtol in (1e-5, 1e-7, 1e-9)]
-    for coarse, fine in pairwise(error):
-        assert 10.0 < coarse / fine < 1000.0
-
-
-@controlled
+@pytest.mark.parametrize("engine", ENGINES[:3])
 def test_the_order_is_that_of_the_fifth_formula(engine):
     """Steps taken against the error: a step's own error falls with their sixth power, the sum with the fifth."""
-    scene, tolerances = steep(name="paper/fig09", orbits=0.5), np.geomspace(1e-8, 1e-11, 5)
+    scene, tolerances = steep(name="paper/fig09", orbits=0.5), np.geomspace(1e-8, 1e-11, 3)
     runs = [run(engine, scene, rtol) for rtol in tolerances]
     error = [worst(found.angle_rad, solution(scene).angle_rad) for found in runs]
     order = -np.polyfit(np.log([found.info["steps"] for found in runs]), np.log(error), 1)[0]
@@ -85,7 +63,7 @@ def test_the_order_is_that_of_the_fifth_formula(engine):
 
 
 def test_reactions_of_index_3_go_with_a_lower_power_of_the_request():
-    scene, tolerances = steep(name="paper/fig13"), np.geomspace(1e-3, 1e-7, 6)
+    scene, tolerances = steep(name="paper/fig13"), np.geomspace(1e-3, 1e-6, 4)
     error = [worst(run(IdaIndex3, scene, rtol).reaction_N, solution(scene).reaction_N) for rtol in tolerances]
     power = np.polyfit(np.log(tolerances), np.log(error), 1)[0]
     assert 0.4 < power < 0.9  # 2/3 by differences over steps of rtol^(1/6)
@@ -124,26 +102,6 @@ def test_the_last_multipliers_are_as_good_as_the_others(engine):
     assert wrong[-1] <= 3.0 * wrong[:-1].max()
 
 
-@each
-@pytest.mark.parametrize("name", [*SMOOTH, *JUMPING])
-def test_every_effect_is_the_references(engine, name):
-    scene, share = effect_scene(name, 0.1), 1e-4  # of the largest value: another law would show
-    found = errors(run(engine, scene, 1e-7), scene)
-    true = solution(scene)
-    for channel, error in found.items():
-        assert error < 50.0 * share * max(np.abs(getattr(true, channel)).max(), 1e-30), channel
-
-
-@each
-def test_fall_ends_at_the_surface(engine):
-    scene = steep(orbits=0.2, samples=28, name="paper/fig15", speed_factor=0.0)
-    found, true = run(engine, scene, 1e-7), solution(scene)
-    instant, expected = (float(t.ended.split()[-2]) for t in (found, true))
-    # kilometres a second: 1e-7 of the radius in each of some hundred steps
-    assert instant == pytest.approx(expected, abs=0.1)
-    assert len(found.t_s) == len(found.reaction_N) == len(true.t_s) < scene.run.samples
-
-
 def test_an_error_in_the_equations_comes_out(monkeypatch):
     def lost(self, t, y, slopes, c):
         raise ArithmeticError("no such matrix")
@@ -151,11 +109,3 @@ def test_an_error_in_the_equations_comes_out(monkeypatch):
     monkeypatch.setattr(RedundantChain, "jacobian", lost)
     with pytest.raises(EngineError, match="no such matrix"):
         run(IdaIndex2, steep(orbits=0.1), 1e-6)
-
-
-@each
-def test_nothing_is_printed_or_written(engine, tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    run(engine, steep(orbits=0.05), 1e-6)
-    assert capfd.readouterr() == ("", "")
-    assert not list(tmp_path.iterdir())

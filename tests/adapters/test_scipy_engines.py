@@ -5,18 +5,17 @@ import functools
 
 import numpy as np
 import pytest
-from scipy.integrate import DOP853
 
-import adapters.common.solver_driver as scipy_module
 from adapters.common.face_reversal import incidences
 from adapters.common.initial_state import initial_state
 from adapters.common.reference_model import chain_model
-from adapters.common.solver_driver import RTOL_FLOOR, Problem, ScipySolver, drive
+from adapters.common.solver_driver import Problem, ScipySolver, drive
 from adapters.engine import AccuracyParameter, EngineError, Setting
-from adapters.ode_solvers.adapter import ATOL_SHARE, CvodeAdams, CvodeBdf, ScipyDop853, ScipyRadau, compiled_order
+from adapters.ode_solvers.adapter import CvodeAdams, CvodeBdf, ScipyDop853, ScipyRadau, compiled_order
 from adapters.registry import ENGINES
 from reference_impl.integrate.simulate import Simulation
 from scenarios import load_scene
+from tests.support.changed import lasting, under
 from tests.support.generic_scenes import generic, solution, steep, worst
 from tests.support.kernel import skip_without_kernel
 
@@ -42,9 +41,7 @@ def slewed():
     """Fig. 17's slew, started after a while, and a sample on either side of its ends."""
     scene = load_scene("paper/fig17")
     law = dataclasses.replace(scene.effects.prescribed_rotation[0], start_s=33.3)
-    effects = dataclasses.replace(scene.effects, prescribed_rotation=(law,))
-    run_ = dataclasses.replace(scene.run, duration_s=200.0, samples=21)
-    return dataclasses.replace(scene, effects=effects, run=run_)
+    return lasting(under(scene, prescribed_rotation=(law,)), 200.0, 21)
 
 
 @ALL
@@ -59,7 +56,7 @@ def test_error_follows_the_tolerance(engine):
 def test_errors_stay_within_the_steps_requests_where_bars_turn_their_other_face_to_the_sun(engine):
     """The slope of the force jumps there: no error estimate of a step across it holds."""
     scene = load_scene("effects/solar_pressure")
-    scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=0.5 * scene.period_s, samples=41))
+    scene = lasting(scene, 0.5 * scene.period_s, 41)
     (light,) = incidences(scene, solution(scene))
     assert np.count_nonzero(np.diff(light.face, axis=0)) >= 3
     seen = run(engine, scene, 1e-9)
@@ -71,7 +68,7 @@ def test_a_sample_on_a_break_and_none_since_the_last_one_is_where_it_is_asked_fo
     """CVODE shows its own steps when it is asked for one instant: the first of them is not that instant."""
     full = slewed()
     _, end = full.effects.prescribed_rotation[0].breaks_s
-    alone = dataclasses.replace(full, run=dataclasses.replace(full.run, duration_s=2.0 * end, samples=3))
+    alone = lasting(full, 2.0 * end, 3)
     seen, right = run(engine, alone, 1e-9), solution(alone)
     assert np.linalg.norm(seen.com_m - right.com_m, axis=1).max() < 1.0  # a step of its own is kilometres off
 
@@ -103,39 +100,27 @@ def test_no_step_straddles_a_break(engine, monkeypatch):
 
 
 @ALL
-def test_fall_ends_at_the_surface(engine):
-    scene = steep(orbits=0.2, samples=28, name="paper/fig15", speed_factor=0.0)
-    found, true = run(engine, scene, 1e-9), solution(scene)
-    instant, expected = (float(t.ended.split()[-2]) for t in (found, true))
-    assert instant == pytest.approx(expected, abs=1e-3)  # metres a millisecond: 1e-9 of the radius in some steps
-    assert len(found.t_s) == len(found.reaction_N) == len(true.t_s) < scene.run.samples
-
-
-@ALL
 def test_steps_evaluations_and_jacobians_are_counted(engine):
     scene = steep(orbits=0.5, samples=101)
-    few, many = (dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=n)) for n in (3, 101))
-    a, b = (run(engine, s, 1e-6).info for s in (few, many))
+    a, b = (run(engine, lasting(scene, scene.run.duration_s, samples), 1e-6).info for samples in (3, 101))
     assert a["evaluations"] > a["steps"] > 5
     assert a["steps"] == pytest.approx(b["steps"], rel=0.3)  # not samples, though those are looked at besides
     assert (a["jacobians"] > 0) == (engine in (ScipyRadau, CvodeBdf))
-
-
-def test_the_explicit_method_takes_its_twelve_stages_in_each_step():
-    info = run(ScipyDop853, steep(orbits=0.5), 1e-8).info
-    assert info["evaluations"] >= 12 * info["steps"]
-    assert info["evaluations"] < 24 * info["steps"] + 100  # rejected steps, and dense output
 
 
 def decay():
     return Problem(lambda t, y: -y, np.array([1.0]), lambda y: 1.0)
 
 
+def test_a_tolerance_below_scipys_least_one_is_no_warning():
+    run(ScipyDop853, steep(orbits=0.05), 1e-14)
+
+
 @pytest.mark.parametrize("method", ["DOP853", "Radau"])
 def test_scipys_failure_is_an_error_with_its_own_words(method):
     blows_up = Problem(lambda t, y: y * y, np.array([1.0]), lambda y: 1.0)  # infinite at t = 1
     with np.errstate(all="ignore"), pytest.raises(EngineError, match=f"{method}: .*step size"):
-        drive(ScipySolver(method, 1e-8, 1e-11), blows_up, np.array([0.0, 2.0]))
+        drive(ScipySolver(method, 1e-6, 1e-9), blows_up, np.array([0.0, 2.0]))
 
 
 def test_a_success_that_a_solver_claims_for_a_state_that_is_not_finite_is_an_error():
@@ -174,28 +159,6 @@ def test_an_error_in_the_equations_comes_out(engine, monkeypatch):
     monkeypatch.setattr(run_.function, "hold", lambda modes: None)
     with pytest.raises(EngineError, match="not positive definite"):
         prepared.simulate()
-
-
-def test_a_state_that_is_not_finite_is_an_error():
-    with pytest.raises(EngineError, match="not finite"):
-        drive(
-            ScipySolver("DOP853", 1e-8, 1e-11), Problem(lambda t, y: y, np.array([np.nan]), abs), np.array([0.0, 1.0])
-        )
-
-
-def test_tolerances_are_a_plain_users(monkeypatch):
-    asked = {}
-
-    class Watched(DOP853):
-        def __init__(self, *args, **named):
-            asked.update(named)
-            super().__init__(*args, **named)
-
-    monkeypatch.setitem(scipy_module.METHODS, "DOP853", Watched)
-    ScipyDop853().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-9))
-    assert (asked["rtol"], asked["atol"]) == (1e-9, ATOL_SHARE * 1e-9)
-    ScipyDop853().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-14))
-    assert asked["rtol"] == RTOL_FLOOR  # SciPy would warn, and take that
 
 
 def test_samples_that_fall_on_a_break_are_taken_once():
@@ -255,8 +218,7 @@ def test_where_bars_turn_faces_the_compiled_rates_take_the_faces_of_each_evaluat
     skip_without_kernel()
     pytest.importorskip("sksundae")
     scene = load_scene("effects/drag")
-    run_ = dataclasses.replace(scene.run, duration_s=0.05 * scene.run.duration_s, samples=5)
-    short = dataclasses.replace(scene, run=run_)
+    short = lasting(scene, 0.05 * scene.run.duration_s, 5)
     found = CvodeAdams().run(short, Setting(AccuracyParameter.RTOL, 1e-10))
     assert worst(found.angle_rad, solution(short).angle_rad) < 1e-7  # 1e-10 in each of some hundred steps
 
@@ -269,11 +231,3 @@ def test_a_chain_whose_joints_are_lost_in_round_off_is_an_error_in_compiled_code
     engine.prepared.function.chain.bars[2] = np.nan  # inverse masses: every pivot is lost
     with pytest.raises(EngineError, match=r"not finite|not positive definite"):
         engine.simulate()
-
-
-@ALL
-def test_nothing_is_printed_or_written(engine, tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    engine().run(steep(orbits=0.05), engine.sweep.setting())
-    assert capfd.readouterr() == ("", "")
-    assert not list(tmp_path.iterdir())

@@ -22,6 +22,7 @@ from reports.results.outcome import Outcome
 from scenarios import Axes, Gravity, Impulse, Scene, load_scene
 from scenarios.effect_types import End
 from tests.support import solutions
+from tests.support.changed import lasting, under
 from tests.support.generic_scenes import of_bars
 
 if TYPE_CHECKING:
@@ -43,16 +44,14 @@ EQUAL_STEPS = {
 @functools.cache
 def one_bar(effect: str) -> Scene:
     """Scene of a single bar far from everything, in sunlight or in air that turns."""
-    light = load_scene("effects/solar_pressure").effects.solar_pressure
-    drag = load_scene("effects/drag").effects.drag
-    assert light is not None
-    assert drag is not None
     plain = of_bars(load_scene("basics/free_rotation"), 1)
     if effect == "sunlight":
-        given = {"solar_pressure": dataclasses.replace(light, width_m=(0.05,), sun_rate_rad_s=1e-3)}
-    else:
-        given = {"drag": dataclasses.replace(drag, width_m=(0.05,), rotation_rad_s=7e-5)}
-    return dataclasses.replace(plain, effects=dataclasses.replace(plain.effects, **given))
+        light = load_scene("effects/solar_pressure").effects.solar_pressure
+        assert light is not None
+        return under(plain, solar_pressure=dataclasses.replace(light, width_m=(0.05,), sun_rate_rad_s=1e-3))
+    drag = load_scene("effects/drag").effects.drag
+    assert drag is not None
+    return under(plain, drag=dataclasses.replace(drag, width_m=(0.05,), rotation_rad_s=7e-5))
 
 
 def motion(scene: Scene, t_s: Array, tilt: Array, rate: Array) -> Trajectory:
@@ -69,7 +68,7 @@ def motion(scene: Scene, t_s: Array, tilt: Array, rate: Array) -> Trajectory:
 
 
 def test_lowest_points_between_samples_are_those_of_the_cubic() -> None:
-    rng, n = np.random.default_rng(5), 20_000
+    rng, n = np.random.default_rng(5), 2_000
     ends, slopes = rng.uniform(0.01, 1.0, (2, n)), rng.normal(0.0, 4.0, (2, n))
     s = np.linspace(0.0, 1.0, 1001)[:, None]
     cubic = (2 * s**3 - 3 * s**2 + 1) * ends[0] + (s**3 - 2 * s**2 + s) * slopes[0]
@@ -121,8 +120,7 @@ def test_slopes_beside_a_blow_are_not_relied_on() -> None:
     seen = motion(scene, t, 1e-3 + 1e-2 * np.abs(t - 50.0), rate)
     assert "between t = 50 s and 60 s" in (unsupported_motion(scene, seen) or "")
     blow = Impulse(1, End.RIGHT, Axes.BODY, 0.0, 1.0, 50.0)
-    struck = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, impulse=(blow,)))
-    assert unsupported_motion(struck, seen) is None
+    assert unsupported_motion(under(scene, impulse=(blow,)), seen) is None
 
 
 def test_a_scene_without_air_and_light_has_nothing_to_face() -> None:
@@ -136,9 +134,8 @@ def lit() -> Scene:
     scene = load_scene("effects/solar_shadow")
     light = scene.effects.solar_pressure
     assert light is not None
-    effects = dataclasses.replace(scene.effects, solar_pressure=dataclasses.replace(light, shadow=False))
-    run = dataclasses.replace(scene.run, duration_s=0.2 * scene.run.duration_s, samples=41)
-    return dataclasses.replace(scene, name="lit", effects=effects, run=run)
+    scene = under(scene, solar_pressure=dataclasses.replace(light, shadow=False))
+    return dataclasses.replace(lasting(scene, 0.2 * scene.run.duration_s, 41), name="lit")
 
 
 def reference(scene: Scene) -> Trajectory:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import math
 
@@ -13,25 +12,23 @@ from adapters.reference.numpy_engines import Reference
 from barchain import engine as kit
 from pictures.pages.interface_tables import engine_interface
 from scenarios import Gravity, Scene, load_scene
-from tests.structure.product import ROOT
+from tests.support.changed import lasting, on_orbit, under, with_chain
 
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(5)
 
 
-def unequal_chain(name: str = "paper/fig05") -> Scene:
+def unequal_chain() -> Scene:
     """Three unequal bars that turn at unequal rates."""
-    scene = load_scene(name)
-    chain = dataclasses.replace(
-        scene.chain,
+    scene = with_chain(
+        load_scene("paper/fig05"),
         mass_kg=(70.0, 20.0, 110.0),
         length_m=(40.0, 100.0, 70.0),
         inertia_kg_m2=(9e3, 2e4, 5e4),
         angle_rad=(1.0, 0.3, -2.0),
         rate_factor=(1.0, -2.0, 0.5),
     )
-    orbit = dataclasses.replace(scene.orbit, longitude_rad=0.7)
-    return dataclasses.replace(scene, chain=chain, orbit=orbit)
+    return on_orbit(scene, longitude_rad=0.7)
 
 
 def still_frame(scene: Scene) -> kit.FrameState:
@@ -62,7 +59,7 @@ def test_every_public_function_documents_parameters_and_result(name: str) -> Non
     assert all(word in text.partition("Parameters\n----------")[2] for word in called.parameters)
 
 
-def test_a_state_comes_back_from_its_joint_coordinates() -> None:
+def test_a_state_and_its_track_come_back_from_its_joint_coordinates() -> None:
     scene = unequal_chain()
     start, length = kit.initial_state(scene), np.array(scene.chain.length_m)
     q, q_t = kit.to_joint_coordinates(length, start)
@@ -74,13 +71,6 @@ def test_a_state_comes_back_from_its_joint_coordinates() -> None:
         (bars.rate_rad_s, start.rate_rad_s),
     ):
         assert np.abs(mine[0] - theirs).max() <= 16 * EPS * np.abs(theirs).max()
-
-
-def test_the_track_of_bars_in_a_frame_is_the_frames_own_at_the_start() -> None:
-    scene = unequal_chain()
-    start, length = kit.initial_state(scene), np.array(scene.chain.length_m)
-    q, q_t = kit.to_joint_coordinates(length, start)
-    bars = kit.from_joint_coordinates(length, q[None], q_t[None])
     com, velocity = bars.track(np.array(scene.chain.mass_kg), start.com_m[None], start.com_velocity_m_s[None])
     assert np.abs(com[0] - start.com_m).max() <= 2 * np.spacing(scene.radius0_m)
     assert np.abs(velocity[0] - start.com_velocity_m_s).max() <= 2 * np.spacing(scene.speed0_m_s)
@@ -114,8 +104,7 @@ def test_a_wrench_with_its_moment_is_rejected() -> None:
 
 @pytest.mark.parametrize("gravity", [Gravity.POINT, Gravity.GRADIENT, Gravity.SLENDER])
 def test_forces_and_newtons_law_give_the_reactions_of_the_reference(gravity: Gravity) -> None:
-    scene = unequal_chain()
-    scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, gravity=gravity))
+    scene = under(unequal_chain(), gravity=gravity)
     start, length, mass = kit.initial_state(scene), np.array(scene.chain.length_m), np.array(scene.chain.mass_kg)
     forces = kit.ChainForces(scene)
     force, torque = forces(still_frame(scene), start.position_m, start.angle_rad, start.velocity_m_s, start.rate_rad_s)
@@ -128,8 +117,7 @@ def test_forces_and_newtons_law_give_the_reactions_of_the_reference(gravity: Gra
     push = np.einsum("aji,ji->a", reach, force - mass[:, None] * bias) + turn @ torque
     (motion,) = kit.bar_accelerations(length, q[None], q_t[None], np.linalg.solve(inertia, push)[None])
     found = kit.reactions_from_motion(mass, motion, force)
-    short = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=1.0, samples=2))
-    expected = Reference().run(short).reaction_N
+    expected = Reference().run(lasting(scene, 1.0, 2)).reaction_N
     assert expected is not None
     assert np.abs(found - expected[0]).max() <= 1e-11 * np.abs(expected[0]).max()
 
@@ -146,17 +134,6 @@ def test_forces_in_a_falling_frame_keep_their_digits_where_whole_forces_lose_the
     apart = np.abs(falling - (whole + share * start.com_m)).max()
     assert 0.0 < apart <= 16 * EPS * np.abs(whole).max()
     assert np.abs(falling).max() < 1e-4 * np.abs(whole).max()
-
-
-def test_without_gravity_and_effects_there_is_no_force() -> None:
-    scene = load_scene("basics/free_rotation")
-    start = kit.initial_state(scene)
-    force, torque = kit.ChainForces(scene)(
-        still_frame(scene), start.position_m, start.angle_rad, start.velocity_m_s, start.rate_rad_s
-    )
-    assert force.shape == (scene.bars, 2)
-    assert not force.any()
-    assert not torque.any()
 
 
 @pytest.mark.parametrize("name", ["basics/kepler_elliptic", "effects/oblateness", "basics/free_rotation"])
@@ -202,8 +179,3 @@ def test_a_bar_at_the_surface_raises_unless_it_is_a_trial_state() -> None:
     with pytest.raises(kit.LandedError):
         kit.ChainForces(scene)(low, *bars)
     kit.ChainForces(scene, surface=False)(low, *bars)
-
-
-def test_adapters_import_nothing_of_barchain() -> None:
-    found = [p for p in (ROOT / "adapters").rglob("*.py") if "from barchain" in p.read_text(encoding="utf-8")]
-    assert found == []

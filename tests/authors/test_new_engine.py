@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import dataclasses
 import importlib
 import os
 import subprocess
@@ -18,7 +17,6 @@ import pytest
 
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import RESERVED, Registration, third_party
-from adapters.trajectory import Observable
 from barchain.cli.main import run
 from barchain.engine import AccuracyParameter, Engine, Setting
 from barchain.engine.new_package import package_names
@@ -27,6 +25,8 @@ from barchain.studies.comparison.run import run_comparison
 from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.structure.product import ROOT
+from tests.support.changed import lasting
+from tests.support.generic_scenes import worst
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
@@ -100,22 +100,19 @@ def test_the_source_has_the_style_of_barchains_own(package: Path) -> None:
 
 @pytest.mark.parametrize("name", one_in(4, QUICK))
 def test_the_engine_returns_what_it_declares_and_agrees_with_the_reference(name: str, made: type[Engine]) -> None:
-    scene = load_scene(name)
+    whole = load_scene(name)
+    scene = lasting(whole, 19.0 * whole.times_s[1], 20)
     seen, expected = made().run(scene), Reference().run(scene)
     assert fault(scene, made, seen) is None
-    early = slice(0, 20)
-    assert seen.angle_rad is not None
-    assert expected.angle_rad is not None
-    assert np.abs(seen.angle_rad - expected.angle_rad)[early].max() < 1e-6
-    assert seen.reaction_N is not None
+    assert worst(seen.angle_rad, expected.angle_rad) < 1e-6
     assert expected.reaction_N is not None
     scale = max(np.abs(expected.reaction_N).max(initial=0.0), 1e-12)
-    assert np.abs(seen.reaction_N - expected.reaction_N)[early].max(initial=0.0) < 1e-5 * scale
+    assert worst(seen.reaction_N, expected.reaction_N) < 1e-5 * scale
 
 
 def test_the_engine_converges_with_its_declared_order(made: type[Engine]) -> None:
     whole, ends = load_scene("paper/fig05"), []
-    scene = dataclasses.replace(whole, run=dataclasses.replace(whole.run, duration_s=0.3 * whole.period_s, samples=3))
+    scene = lasting(whole, 0.3 * whole.period_s, 3)
     for steps in (100, 200, 400):
         seen = made().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, steps))
         assert seen.angle_rad is not None
@@ -139,19 +136,17 @@ def test_a_bar_at_the_surface_ends_the_run_with_a_reason(made: type[Engine]) -> 
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize(
-    "names", [(SCENE,), pytest.param(tuple(core_scenes()), marks=pytest.mark.slow)], ids=["one scene", "core suite"]
-)
 def test_a_comparison_passes_the_engine_on_every_scene_that_it_supports(
-    names: tuple[str, ...], package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     above = [str(package / "src"), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, above)))
     monkeypatch.syspath_prepend(package / "src")
-    result = run_comparison(list(names), out=tmp_path / "out", registered={NAME: Registration(target_of(package))})
+    names = core_scenes()
+    result = run_comparison(names, out=tmp_path / "out", registered={NAME: Registration(target_of(package))})
     found = {name: result.outcomes[name, NAME] for name in names}
     assert set(found.values()) <= {Outcome.PASS, Outcome.UNSUPPORTED}, found
-    assert list(found.values()).count(Outcome.PASS) == min(len(names), SUPPORTED_OF_THE_CORE)
+    assert list(found.values()).count(Outcome.PASS) == SUPPORTED_OF_THE_CORE
 
 
 @pytest.mark.exhaustive
@@ -169,16 +164,11 @@ def test_the_package_installs_with_pip_and_takes_part_in_a_comparison(package: P
     [
         (["a b"], "'a b' given, allowed: 1 to 40 letters"),
         (["x" * 41], "allowed: 1 to 40 letters"),
-        (["my.engine"], "allowed: 1 to 40 letters"),
-        (["--", "-x"], "a letter or digit at both ends"),
         (["x_"], "a letter or digit at both ends"),
         ([""], "no text given"),
         (["Reference"], "barchain registers an engine of that name"),
-        (["pinocchio"], "barchain registers an engine of that name"),
         ([sorted(RESERVED)[0]], "names barchain's own files"),
-        (["barchain"], "barchain given, which names a package of barchain; allowed: any name but those of engines"),
         (["Reference-Impl"], "which names a package of barchain"),
-        (["scenarios"], "which names a package of barchain"),
         (["json"], "json given, which names a package of Python's library"),
         (["trial", "--out", "nowhere/trial"], "there is no folder nowhere"),
         (["trial", "--out", "."], "is there already"),
@@ -207,26 +197,23 @@ def test_an_engine_that_another_package_registers_keeps_its_name(
     assert "their-package registers an engine of that name" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("kind", ["file", "empty folder", "folder", "dangling link"])
+@pytest.mark.parametrize("kind", ["folder", "dangling link"])
 def test_what_is_there_is_kept(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     place = tmp_path / "trial"
-    if kind == "file":
-        place.write_text("mine")
-    elif kind == "dangling link":
+    if kind == "dangling link":
         place.symlink_to(tmp_path / "gone")
     else:
         place.mkdir()
-        if kind == "folder":
-            (place / "mine").write_text("mine")
-    before = sorted(p.name for p in tmp_path.rglob("*"))
+        (place / "mine").write_text("mine")
+    before = sorted(tmp_path.rglob("*"))
     assert run(["new-engine", "trial"]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert "trial is there already" in error
-    assert sorted(p.name for p in tmp_path.rglob("*")) == before
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_a_disk_that_fails_midway_leaves_nothing(
@@ -256,7 +243,3 @@ def test_names_are_identifiers_that_hide_no_library(name: str, class_name: str) 
     assert names.class_name.isidentifier()
     assert names.module.isidentifier()
     assert names.module != name
-
-
-def test_the_quick_scenes_have_an_attitude_to_compare(made: type[Engine]) -> None:
-    assert {Observable.ATTITUDE, Observable.REACTION} <= made.observables

@@ -35,20 +35,12 @@ IMPORTS = {
     "empty": "Engine",
 }
 QUICK = ("simulate_exits_0", "info_code", "gives_complex", "unsupported_raises", "read_kills_worker")
-"""Misbehaviours that every test run tries"""
-SLOW = (
-    "simulate_leaves_0", "read_exits_bye", "build_interrupts", "info_set", "gives_list_for_array", "lacks_title",
-    "claims_noise_misspelt", "read_claims_memory", "read_removes_folder", "declares_step_constant_nan",
-)  # fmt: skip
 """Misbehaviours that the slow tests try; the exhaustive test tries all"""
 
 
-def registered(names: dict[str, str]) -> dict[str, Registration]:
-    return {name: Registration(target) for name, target in names.items()}
-
-
 def compared(names: dict[str, str], folder: Path, limit_s: float = LIMIT_S) -> ComparisonResult:
-    return run_comparison([SCENE], out=folder, time_limit_s=limit_s, registered=registered(names))
+    registered = {name: Registration(target) for name, target in names.items()}
+    return run_comparison([SCENE], out=folder, time_limit_s=limit_s, registered=registered)
 
 
 def targets(names: object) -> dict[str, str]:
@@ -79,16 +71,10 @@ def check(result: ComparisonResult, folder: Path, names: object) -> None:
     assert not TRACE.exists()
 
 
-@pytest.mark.parametrize(
-    "names",
-    [
-        pytest.param(QUICK, marks=pytest.mark.slow, id="quick"),
-        pytest.param(SLOW, marks=pytest.mark.exhaustive, id="more"),
-    ],
-)
-def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path, names: tuple[str, ...]) -> None:
-    result = compared(targets([*names, "plain"]), tmp_path)
-    check(result, tmp_path, names)
+@pytest.mark.slow
+def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path) -> None:
+    result = compared(targets([*QUICK, "plain"]), tmp_path)
+    check(result, tmp_path, QUICK)
     assert result.outcomes[SCENE, "plain"] is Outcome.PASS
     assert not result.passed
 
@@ -125,17 +111,10 @@ def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize(
-    "names",
-    [
-        pytest.param([n for n in FINE if n.startswith("simulate")], id="simulate"),
-        pytest.param(list(FINE), id="all"),
-    ],
-)
-def test_harmless_engines_pass_whatever_they_start(tmp_path: Path, names: list[str]) -> None:
+def test_harmless_engines_pass_whatever_they_start(tmp_path: Path) -> None:
     before = ours()
-    result = compared(targets(names), tmp_path, 20.0)
-    assert {name: result.outcomes[SCENE, name] for name in names} == dict.fromkeys(names, Outcome.PASS)
+    result = compared(targets(FINE), tmp_path, 20.0)
+    assert {name: result.outcomes[SCENE, name] for name in FINE} == dict.fromkeys(FINE, Outcome.PASS)
     time.sleep(0.5)
     assert ours() <= before
     assert not [p for p in psutil.process_iter(["cmdline"]) if p.info["cmdline"] == ["sleep", "600"]]

@@ -17,7 +17,7 @@ from barchain.conform.scenes import STAGES, TOGETHER, scene_of
 from barchain.conform.target import examined, extent_of
 from barchain.runs.job import RunResult
 from reports.results.outcome import Outcome
-from tests.conform import own_engine
+from tests.conform import hiding_engines
 from tests.support.kernel import needs_kernel
 from tests.support.slow import exhaustive_but, slow_but
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from barchain.runs.job import Job
 
 pytestmark = needs_kernel
-HERE = "tests.conform.own_engine"
+HERE = "tests.conform.hiding_engines"
 BESIDE_OTHERS = {
     "SpringsOffInThrust": 1,
     "ThirdBodyOverwritesOblateness": 2,
@@ -64,7 +64,7 @@ def here(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def made(_: object, jobs: Sequence[Job], t_s: Sequence[Array], *limits: float) -> list[RunResult]:
         del t_s, limits
-        engines = [getattr(own_engine, job.engine) for job in jobs]
+        engines = [getattr(hiding_engines, job.engine) for job in jobs]
         return [
             RunResult(Outcome.PASS, trajectory=e().run(job.scene, job.setting))
             for e, job in zip(engines, jobs, strict=True)
@@ -122,7 +122,7 @@ def test_honest_noise_is_told_with_the_error_and_fails_nothing(here: None) -> No
 
 def falling(engine: str) -> Check:
     """Check of the fall of errors, of runs in this process."""
-    kind, scene = getattr(own_engine, engine), scene_of("conform/three_bars_gradient")
+    kind, scene = getattr(hiding_engines, engine), scene_of("conform/three_bars_gradient")
     settings = [Setting(AccuracyParameter.RTOL, value) for value in (1e-7, 1e-9, 1e-11, 1e-12)]
     declared = kind.declarations()
     return falling_check([setting_error(declared, scene, s, kind().run(scene, s)) for s in settings], None, scene.name)

@@ -317,7 +317,10 @@ def allowances(found: Trajectory, solution: ReferenceSolution) -> float:
     return max(float(np.nanmax(apart[q][1:] / allowed[q][1:])) for q in ("attitude", "rate", "com"))
 
 
-@pytest.mark.parametrize(("table", "place"), [("A", (6, 5)), ("B", 8)], ids=["-0.0176", "0.311"])
+@pytest.mark.parametrize(
+    ("table", "place"),
+    [pytest.param("A", (6, 5), marks=pytest.mark.slow, id="-0.0176"), pytest.param("B", 8, id="0.311")],
+)
 def test_one_coefficient_of_dop853_off_by_a_ten_thousandth_is_worth_a_hundred_allowances(
     table: str, place: int | tuple[int, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:

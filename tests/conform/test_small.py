@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-import barchain.engine
 from adapters.registry import Registration, UnknownEngineError
 from barchain.cli.main import kept_words, run
 from barchain.conform import conform
@@ -15,7 +14,6 @@ from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
 from barchain.conform.target import extent_of
 from barchain.runs.choices import chosen_engines
 from barchain.runs.examination import imported_libraries
-from scenarios import Actuator, Axes, End, Frame
 from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:
@@ -80,11 +78,3 @@ def test_a_solver_whose_steps_collapse_is_told_as_that_after_the_first_run() -> 
 def test_an_interrupted_command_tells_of_kept_results_only_where_some_are_kept() -> None:
     assert kept_words(["conform", "mine"]) == ""
     assert "--resume" in kept_words(["compare", "paper/fig05"])
-
-
-def test_the_interface_has_all_kinds_that_effects_are_given_by() -> None:
-    assert {barchain.engine.End, barchain.engine.Axes, barchain.engine.Frame, barchain.engine.Actuator} == {
-        End, Axes, Frame, Actuator,
-    }  # fmt: skip
-    said = barchain.engine.__doc__ or ""
-    assert all(name in said for name in ("breaks_s", "at_s", '"steps"'))

@@ -1,4 +1,4 @@
-"""The NumPy reference with one mistake each, as another package would bring it."""
+"""The compiled reference with one mistake each, as another package would bring it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import random
 import signal
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -18,48 +18,71 @@ from adapters.reference.compiled_engine import ReferenceFast
 from adapters.trajectory import Observable
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
+
+RTOL = AccuracyParameter.RTOL
 
 
 class Right(ReferenceFast):
     """No mistake."""
 
 
-class ReactionsReversed(ReferenceFast):
-    """Forces on the other bar."""
+def reading(change: Callable[[Any], Trajectory]) -> type[ReferenceFast]:
+    """Engine whose trajectory is changed."""
 
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.reaction_N is not None
-        return found.replace(reaction_N=-found.reaction_N)
+    class Changed(ReferenceFast):
+        def read(self) -> Trajectory:
+            return change(super().read())
 
-
-class Degrees(ReferenceFast):
-    """Angles in degrees."""
-
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.angle_rad is not None
-        return found.replace(angle_rad=np.degrees(found.angle_rad))
+    return Changed
 
 
-class SinglePrecision(ReferenceFast):
-    """Angles in single precision."""
-
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.angle_rad is not None
-        return found.replace(angle_rad=found.angle_rad.astype(np.float32))  # type: ignore[arg-type]
+def declaring(**declared: Any) -> type[ReferenceFast]:
+    """Engine with other declarations."""
+    return type("Declaring", (ReferenceFast,), declared)
 
 
-class SingleInside(ReferenceFast):
-    """Rates that were computed in single precision and are given in double."""
+def with_noise(**size: float) -> classmethod[Any, Any, dict[str, float]]:
+    """Declaration of noise that is the same in all scenes."""
+    return classmethod(lambda cls, scene, setting, t_s: size)
 
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.rate_rad_s is not None
-        return found.replace(rate_rad_s=found.rate_rad_s.astype(np.float32).astype(float))
+
+def single(values: Array) -> Array:
+    """Values as single precision leaves them, in double precision."""
+    return values.astype(np.float32).astype(float)
+
+
+ReactionsReversed = reading(lambda t: t.replace(reaction_N=-t.reaction_N))
+"""Forces on the other bar"""
+Degrees = reading(lambda t: t.replace(angle_rad=np.degrees(t.angle_rad)))
+SinglePrecision = reading(lambda t: t.replace(angle_rad=t.angle_rad.astype(np.float32)))
+SingleInside = reading(lambda t: t.replace(rate_rad_s=single(t.rate_rad_s)))
+"""Rates that were computed in single precision and are given in double"""
+SingleState = reading(lambda t: t.replace(reaction_N=single(t.reaction_N) * (1.0 + 1e-12)))
+"""Errors of single precision in every quantity, kept in double precision"""
+OtherTurns = reading(lambda t: t.replace(angle_rad=t.angle_rad + 2.0 * np.pi))
+"""Angles that begin a turn later"""
+RoundedAngles = reading(lambda t: t.replace(angle_rad=np.round(t.angle_rad, 6)))
+FirstReactionWrong = reading(lambda t: t.replace(reaction_N=np.concatenate([t.reaction_N[1:2], t.reaction_N[1:]])))
+"""Reactions at the start that are those of the next sample"""
+Random = reading(lambda t: t.replace(angle_rad=t.angle_rad * (1.0 + 2e-16 * (time.perf_counter_ns() % 3))))
+"""Another last bit in each run"""
+Empty = reading(lambda t: dataclasses.replace(t.samples(slice(0)), ended="a bar reached the surface"))
+"""A reason for the end, and no sample"""
+Landed = reading(lambda t: dataclasses.replace(t.samples(slice(3)), ended="a bar reached the surface"))
+"""A landing in a scene in which no bar lands"""
+Noisy = declaring(noise=with_noise(reaction=1e6))
+"""Noise of more than the scene's own forces"""
+OrderOfChosenSteps = declaring(order=8.0)
+UnknownEffect = declaring(effects=ReferenceFast.effects | {"oblatness"})
+FineFirst = declaring(sweep=AccuracySweep(RTOL, (1e-12, 1e-9, 1e-6), 1e-9))
+CoarserFinerRun = declaring(sweep=AccuracySweep(RTOL, (1e-6, 1e-9, 1e-12), 1e-9, finer_rtol=10.0))
+OrderNotANumber = declaring(order=float("nan"))
+StepConstantZero = declaring(step_constant=0.0)
+NoClassMethod = declaring(unsupported=lambda self, scene: None)
 
 
 class IgnoresSetting(ReferenceFast):
@@ -67,15 +90,6 @@ class IgnoresSetting(ReferenceFast):
 
     def build(self, scene: Scene, setting: Setting) -> None:
         super().build(scene, Setting(setting.parameter, 1e-6))
-
-
-class Noisy(ReferenceFast):
-    """Noise of more than the scene's own forces."""
-
-    @classmethod
-    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        del scene, setting, t_s
-        return {"reaction": 1e6}
 
 
 class Rounding(ReferenceFast):
@@ -113,53 +127,7 @@ class SharedRounding(Rounding):
 class DeclaredRounding(Rounding):
     """Its round-off, declared."""
 
-    @classmethod
-    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        del scene, setting, t_s
-        return {"com": 1e-4}
-
-
-class OrderOfChosenSteps(ReferenceFast):
-    """An order, though the steps are chosen."""
-
-    order = 8.0
-
-
-class UnknownEffect(ReferenceFast):
-    """An effect with a typing error."""
-
-    effects = ReferenceFast.effects | {"oblatness"}
-
-
-class FineFirst(ReferenceFast):
-    """Settings from fine to coarse."""
-
-    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-12, 1e-9, 1e-6), 1e-9)
-
-
-class CoarserFinerRun(ReferenceFast):
-    """A finer run that is ten times coarser."""
-
-    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-6, 1e-9, 1e-12), 1e-9, finer_rtol=10.0)
-
-
-class OrderNotANumber(ReferenceFast):
-    """An order that is no number."""
-
-    order = float("nan")
-
-
-class StepConstantZero(ReferenceFast):
-    """Steps without an error."""
-
-    step_constant = 0.0
-
-
-class NoClassMethod(ReferenceFast):
-    """A method of the class that is none."""
-
-    def unsupported(self, scene: Scene) -> str | None:  # type: ignore[override]
-        del scene
+    noise = with_noise(com=1e-4)
 
 
 class ChangesScene(ReferenceFast):
@@ -169,29 +137,6 @@ class ChangesScene(ReferenceFast):
         heavy = dataclasses.replace(scene.chain, mass_kg=tuple(2.0 * m for m in scene.chain.mass_kg))
         super().build(scene, setting)
         object.__setattr__(scene, "chain", heavy)
-
-
-class Empty(ReferenceFast):
-    """A reason for the end, and no sample."""
-
-    def read(self) -> Trajectory:
-        return dataclasses.replace(super().read().samples(slice(0)), ended="a bar reached the surface")
-
-
-class Landed(ReferenceFast):
-    """A landing in a scene in which no bar lands."""
-
-    def read(self) -> Trajectory:
-        return dataclasses.replace(super().read().samples(slice(3)), ended="a bar reached the surface")
-
-
-class OtherTurns(ReferenceFast):
-    """Angles that begin a turn later."""
-
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.angle_rad is not None
-        return found.replace(angle_rad=found.angle_rad + 2.0 * np.pi)
 
 
 class HangsAtOneSetting(ReferenceFast):
@@ -235,15 +180,6 @@ class Untidy(ReferenceFast):
         os.chdir("inside")
         signal.signal(signal.SIGUSR1, signal.SIG_IGN)
         super().simulate()
-
-
-class Random(ReferenceFast):
-    """Another last bit in each run."""
-
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.angle_rad is not None
-        return found.replace(angle_rad=found.angle_rad * (1.0 + 2e-16 * (time.perf_counter_ns() % 3)))
 
 
 class Seeds(ReferenceFast):
@@ -298,15 +234,6 @@ class KeepsModel(ReferenceFast):
         super().build(self.kept.setdefault(scene.bars, scene), setting)
 
 
-class RoundedAngles(ReferenceFast):
-    """Angles with six decimals."""
-
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.angle_rad is not None
-        return found.replace(angle_rad=np.round(found.angle_rad, 6))
-
-
 class NoRates(ReferenceFast):
     """Angles and the track alone, of an accuracy that does not reach to the end of every scene."""
 
@@ -315,25 +242,6 @@ class NoRates(ReferenceFast):
 
     def read(self) -> Trajectory:
         return super().read().replace(rate_rad_s=None, reaction_N=None, gap_m=None, com_residual_m=None)
-
-
-class FirstReactionWrong(ReferenceFast):
-    """Reactions at the start that are those of the next sample."""
-
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.reaction_N is not None
-        return found.replace(reaction_N=np.concatenate([found.reaction_N[1:2], found.reaction_N[1:]]))
-
-
-class SingleState(ReferenceFast):
-    """Errors of single precision in every quantity, kept in double precision."""
-
-    def read(self) -> Trajectory:
-        found = super().read()
-        assert found.reaction_N is not None
-        single = found.reaction_N.astype(np.float32).astype(float)
-        return found.replace(reaction_N=single * (1.0 + 1e-12))
 
 
 class Unfinished(Engine):

@@ -115,22 +115,20 @@ def test_function_arguments_and_repetition_count_and_limits_do_not() -> None:
 
 
 @pytest.mark.parametrize(
-    ("place", "value"), [("package_version", lambda _: "0"), ("blas", lambda: "other"), ("processor", lambda: "other")]
+    ("place", "value"),
+    [
+        ("package_version", lambda _: "0"),
+        ("blas", lambda: "other"),
+        ("processor", lambda: "other"),
+        ("platform.python_version", lambda: "3.99"),
+    ],
 )
-def test_libraries_that_compute_and_the_processor_count(
+def test_libraries_that_compute_the_processor_and_python_count(
     place: str, value: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     call = Call(calls.echo, (b"",), 1.0)
     before = answer_key(call)
-    monkeypatch.setattr(keys, place, value)
-    keys.machine_parts.cache_clear()
-    assert answer_key(call) != before
-
-
-def test_the_version_of_python_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    call = Call(calls.echo, (b"",), 1.0)
-    before = answer_key(call)
-    monkeypatch.setattr(keys.platform, "python_version", lambda: "3.99")
+    monkeypatch.setattr(f"{keys.__name__}.{place}", value)
     keys.machine_parts.cache_clear()
     assert answer_key(call) != before
 

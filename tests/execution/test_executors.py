@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.runs.call import Call, CallEnd, pickled
-from barchain.runs.cluster.connection import ClusterLostError
 from barchain.runs.executors import DaskCluster, LocalProcesses
 from barchain.runs.phases import queue_time_s
 from barchain.runs.pool import Slots
 from tests.execution import calls
-from tests.support.local_cluster import LocalCluster, kill
+from tests.support.local_cluster import LocalCluster
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -82,18 +81,16 @@ def test_own_work_is_limited_by_processor_time_and_not_by_the_clock(executor: Ex
     assert (late.end, late.reason) == (CallEnd.TIMED_OUT, "no result within 1 s of processor time")
 
 
-def test_calls_of_one_pool_share_a_process_and_those_of_another_do_not(executor: Executor) -> None:
-    first, second, other = answers(
-        executor,
-        *(Call(calls.process, (), PATIENT_S, pool) for pool in ("solutions", "solutions", "others")),
-    )
-    assert first.content == second.content != other.content
-    assert first.content != str(os.getpid()).encode()
-
-
-def test_a_process_is_replaced_after_its_number_of_calls(executor: Executor) -> None:
-    found = answers(executor, *(Call(calls.process, (), PATIENT_S, "short", calls_per_process=1) for _ in range(2)))
-    assert found[0].content != found[1].content
+def test_calls_of_one_pool_share_a_process_for_their_number_of_calls_and_those_of_another_do_not(
+    executor: Executor,
+) -> None:
+    pools = ("solutions", "solutions", "others")
+    short = [Call(calls.process, (), PATIENT_S, "short", calls_per_process=1)] * 2
+    asked = [*(Call(calls.process, (), PATIENT_S, pool) for pool in pools), *short]
+    first, second, other, once, again = (found.content for found in answers(executor, *asked))
+    assert first == second != other
+    assert once != again
+    assert first != str(os.getpid()).encode()
 
 
 @pytest.mark.slow
@@ -146,24 +143,3 @@ def test_a_worker_that_is_killed_half_way_loses_no_call(tmp_path_factory: pytest
     finally:
         pair.close()
     assert {key: answer.content for key, answer in found.items()} == {k: str(k).encode() for k in range(40)}
-
-
-@pytest.mark.exhaustive
-def test_a_lost_scheduler_ends_a_session_in_one_line_after_the_answers_so_far(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> None:
-    pytest.importorskip("distributed")
-    lost, found = LocalCluster(tmp_path_factory.mktemp("lost")), []
-    try:
-        lost.worker()
-        with DaskCluster(lost.address, PATIENT_S).session() as session:
-            for k in range(40):
-                session.submit(k, Call(calls.slowly, (b"", 0.5), PATIENT_S))
-            coming = session.answers()
-            found += [key for key, _ in itertools.islice(coming, 2)]
-            kill(lost.scheduler)
-            with pytest.raises(ClusterLostError, match=r"the scheduler was lost; \d+ of 40 tasks sent were done$"):
-                found += [key for key, _ in coming]
-    finally:
-        lost.close()
-    assert 2 <= len(found) < 40

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -17,8 +18,8 @@ from barchain.runs.run import shared_call, shared_result
 from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.execution import calls
+from tests.support.here import HERE
 from tests.support.results import answers_folder
-from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -38,55 +39,48 @@ def times_of(folder: Path) -> dict[Path, int]:
     return {file: file.stat().st_mtime_ns for file in folder.iterdir()}
 
 
-def answer(folder: Path, call: Call) -> Answer:
-    with KeptAnswers(folder, LocalProcesses(1)).session() as session:
-        session.submit("asked", call)
-        ((key, found),) = session.answers()
-    assert key == "asked"
-    return found
+def answers(folder: Path, *asked: Call, executor: Any = None) -> list[Answer]:
+    """Answers of one session, in the order of their calls."""
+    with KeptAnswers(folder, executor or LocalProcesses(1)).session() as session:
+        for k, call in enumerate(asked):
+            session.submit(k, call)
+        found = dict(session.answers())
+    return [found[k] for k in range(len(asked))]
 
 
 def files(folder: Path) -> list[Path]:
     return sorted(folder.iterdir())
 
 
-def test_a_call_whose_answer_is_kept_is_not_made_again(tmp_path: Path) -> None:
+def test_a_call_whose_answer_is_kept_is_not_made_again_whatever_its_limit_is(tmp_path: Path) -> None:
     call = Call(calls.process, (), PATIENT_S)
-    assert answer(tmp_path, call).content == answer(tmp_path, call).content
+    (first,) = answers(tmp_path, call)
+    assert answers(tmp_path, dataclasses.replace(call, limit_s=2.0 * PATIENT_S))[0].content == first.content
 
 
-def test_other_arguments_are_asked_for(tmp_path: Path) -> None:
-    for content in (b"one", b"two"):
-        assert answer(tmp_path, Call(calls.echo, (content,), PATIENT_S)).content == content
+def test_other_arguments_are_asked_for_and_a_failure_is_not_kept(tmp_path: Path) -> None:
+    asked = [Call(calls.echo, (content,), PATIENT_S) for content in (b"one", b"two")]
+    one, two, failed = answers(tmp_path, *asked, Call(calls.raises, (), PATIENT_S))
+    assert (one.content, two.content, failed.end) == (b"one", b"two", CallEnd.RAISED)
     assert len(files(tmp_path)) == 2
-
-
-def test_an_answer_serves_whatever_the_limit_is(tmp_path: Path) -> None:
-    first = answer(tmp_path, Call(calls.process, (), PATIENT_S))
-    assert answer(tmp_path, Call(calls.process, (), 2.0 * PATIENT_S)).content == first.content
-
-
-def test_a_failure_is_not_kept(tmp_path: Path) -> None:
-    assert answer(tmp_path, Call(calls.raises, (), PATIENT_S)).end is CallEnd.RAISED
-    assert files(tmp_path) == []
 
 
 def test_a_run_that_fails_is_made_again(tmp_path: Path) -> None:
     registration = Registration("tests.support.faulty_engines:GivesUp")
     scene = load_scene("basics/two_bars_free")
     job = Job(scene, "GivesUp", registration, registration.load().sweep.setting(), Role.MAIN)
-    found = answer(tmp_path, shared_call(job, TimeLimit(PATIENT_S), "runs", 1))
+    (found,) = answers(tmp_path, shared_call(job, TimeLimit(PATIENT_S), "runs", 1))
     assert shared_result(job, found).outcome is Outcome.FAILED
     assert files(tmp_path) == []
 
 
-@pytest.mark.parametrize("damage", one_in(3, [b"\0" * 4096, b"", b"half of it"]))
+@pytest.mark.parametrize("damage", [b"\0" * 4096, b"", b"half of it"])
 def test_a_damaged_answer_is_asked_for_again(damage: bytes, tmp_path: Path) -> None:
     call = Call(calls.echo, (b"whole",), PATIENT_S)
-    answer(tmp_path, call)
+    answers(tmp_path, call, executor=HERE)
     (file,) = files(tmp_path)
     file.write_bytes(damage)
-    assert answer(tmp_path, call).content == b"whole"
+    assert answers(tmp_path, call, executor=HERE)[0].content == b"whole"
     assert file.read_bytes().endswith(b"whole")
 
 

@@ -55,17 +55,12 @@ def test_at_its_limit_a_command_is_interrupted_as_by_ctrl_c(instead: Path, tmp_p
 def test_a_command_is_interrupted_at_its_limit_also_where_the_night_ignores_ctrl_c(
     instead: Path, tmp_path: Path
 ) -> None:
-    instead.write_text(
-        f"{SCRIPT}\ntry:\n    print('ready', flush=True); time.sleep(60)\nexcept KeyboardInterrupt:\n    print('kept')",
-        "utf-8",
-    )
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as a shell starts a command in the background
     try:
-        run_barchain((), tmp_path / "log.txt", 1.5)
+        test_at_its_limit_a_command_is_interrupted_as_by_ctrl_c(instead, tmp_path)
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
-    assert (tmp_path / "log.txt").read_text("utf-8") == "ready\nkept\n"
 
 
 @pytest.mark.slow
@@ -125,10 +120,7 @@ def test_what_a_program_reads_and_says_comes_through_and_its_two_outputs_are_apa
     code = "import sys; print(input()); print('careful', file=sys.stderr); sys.exit(3)"
     done = run([sys.executable, "-c", code], limit_s=30.0, given="pin==3.4.0")
     assert (done.code, done.reason, done.output) == (3, "careful", "pin==3.4.0\n")
-
-
-def test_a_program_that_is_not_there_is_a_reason_and_no_exception() -> None:
-    assert run(["no-such-program"], limit_s=5.0).reason == "no-such-program does not start: No such file or directory"
+    assert run(["no-such-program"], limit_s=5.0).reason.startswith("no-such-program does not start: ")
 
 
 def test_git_answers_or_its_last_words_are_told(tmp_path: Path) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -11,13 +9,11 @@ import pytest
 
 pytest.importorskip("distributed")
 
-from adapters.registry import Registration
 from barchain.cli.main import run as barchain
 from barchain.runs.cluster.connection import ClusterLostError
 from barchain.runs.executors import DaskCluster, LocalProcesses
 from barchain.studies.comparison.run import run_comparison
 from barchain.studies.study import Reporter
-from reports.results.outcome import Outcome
 from tests.support.local_cluster import LocalCluster, kill
 from tests.support.results import read_table, series_folder
 
@@ -71,21 +67,6 @@ def test_a_comparison_on_a_cluster_gives_the_tables_of_this_machine(tmp_path: Pa
 
 
 @pytest.mark.exhaustive
-def test_a_comparison_whose_worker_is_killed_half_way_gives_the_same_bits(
-    tmp_path: Path, cluster: LocalCluster
-) -> None:
-    victim, _ = cluster.worker(), cluster.worker()
-    there = compared(
-        tmp_path / "there",
-        SEVERAL,
-        DaskCluster(cluster.address, PATIENT_S),
-        lambda: os.killpg(victim.pid, signal.SIGKILL),
-    )
-    assert victim.wait() == -signal.SIGKILL
-    same(there, compared(tmp_path / "here", SEVERAL, LocalProcesses()))
-
-
-@pytest.mark.exhaustive
 def test_a_comparison_whose_scheduler_is_lost_goes_on_from_its_rows(tmp_path: Path, cluster: LocalCluster) -> None:
     cluster.worker()
     out = tmp_path / "out"
@@ -120,23 +101,6 @@ def test_a_study_on_a_cluster_gives_the_tables_of_this_machine(
     assert codes[0] == codes[1]
     for table in tables:
         same(*(read_table(tmp_path / place, study, table) for place in ("there", "here")))
-
-
-@pytest.mark.exhaustive
-def test_a_run_that_crashes_or_hangs_costs_its_row_on_a_worker_too(tmp_path: Path, cluster: LocalCluster) -> None:
-    worker = cluster.worker()
-    faulty = {
-        name: Registration(f"tests.support.faulty_engines:{name}") for name in ("Segfault", "Hangs", "Unmodified")
-    }
-    executor = DaskCluster(cluster.address, PATIENT_S)
-    result = run_comparison(
-        ["basics/two_bars_free"], out=tmp_path / "out", executor=executor, registered=faulty, time_limit_s=30.0
-    )
-    reasons = {row.engine: row.reason for row in result.metrics.itertuples() if row.outcome != "pass"}
-    assert "SIGSEGV" in reasons["Segfault"]
-    assert "no result within 30 s" in reasons["Hangs"]
-    assert result.outcomes["basics/two_bars_free", "Unmodified"] is Outcome.PASS
-    assert worker.poll() is None
 
 
 @pytest.mark.parametrize("line", ["cost paper/fig05", "scaling"])

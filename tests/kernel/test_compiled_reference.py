@@ -20,6 +20,7 @@ from reference_impl.model import relative
 from scenarios import load_scene
 from tests.reference.laws import LAWS
 from tests.support.arbiter import judge
+from tests.support.changed import lasting, on_orbit, under
 from tests.support.compiled_evaluation import compiled_accelerations, with_angles
 from tests.support.generic_scenes import generic, steep
 from tests.support.joint_roundoff import C, Case, U, case, forward, joint_bound, magnitudes, sums
@@ -71,17 +72,14 @@ def test_compact_bars_lose_no_more_than_their_compactness_takes(bars: int, compa
 
 @pytest.mark.parametrize("ratio", [1e6, 1e-6])
 def test_alternating_masses_cost_no_more_digits_than_their_ratio(ratio: float) -> None:
-    c = case(12, 5, "gradient", 0.0)
-    mass = 100.0 * np.where(np.arange(5) % 2, ratio, 1.0)
-    model = replace(c.model, mass_kg=mass, inertia_kg_m2=mass * c.model.length_m**2 / 12.0)
-    state = with_angles(model, c.state, c.state.angle_rad)
-    solution, found = judge(model, 25.0, state), compiled_accelerations(model, 25.0, state)
+    c = alternating(ratio)
+    solution, found = judge(c.model, 25.0, c.state), compiled_accelerations(c.model, 25.0, c.state)
     error = np.abs(found.reaction_N - solution.reaction_N).max() / np.abs(solution.reaction_N).max()
     assert error <= C * U * 1e6
 
 
 def short(scene: Scene) -> Scene:
-    return replace(scene, run=replace(scene.run, duration_s=scene.run.duration_s / 20.0, samples=7))
+    return lasting(scene, scene.run.duration_s / 20.0, 7)
 
 
 def both(scene: Scene, rtol: float = 1e-9):
@@ -162,8 +160,7 @@ def test_samples_may_begin_at_any_instant() -> None:
 
 
 def test_two_threads_at_once_change_no_bit() -> None:
-    scenes = [generic(1), generic(2)]
-    scenes = [short(s) for s in scenes]
+    scenes = [short(generic(1)), short(generic(2))]
     alone = [ReferenceFast().run(s) for s in scenes]
     with ThreadPoolExecutor(2) as pool:
         together = list(pool.map(lambda s: ReferenceFast().run(s), scenes * 4))
@@ -181,16 +178,13 @@ def test_laws_of_motion_begin_and_end_with_a_step_as_in_the_reference() -> None:
     """A slew inside the run, between two samples: three segments, the same steps in each."""
     scene = load_scene("paper/fig17")
     law = replace(scene.effects.prescribed_rotation[0], start_s=37.0)
-    scene = replace(scene, effects=replace(scene.effects, prescribed_rotation=(law,)))
-    theirs, mine = both(replace(scene, run=replace(scene.run, duration_s=300.0, samples=8)), 1e-10)
+    theirs, mine = both(lasting(under(scene, prescribed_rotation=(law,)), 300.0, 8), 1e-10)
     assert mine.info["steps"] == theirs.info["steps"]
     assert np.abs(mine.angle_rad - theirs.angle_rad).max() <= C * U * theirs.info["steps"] * 10.0
     assert np.abs(mine.torque_N_m - theirs.torque_N_m).max() <= 1e-12 * np.abs(theirs.torque_N_m).max()
 
 
 def test_a_start_on_the_surface_ends_at_once_and_free_flight_ends_where_it_meets_it() -> None:
-    scene = load_scene("paper/fig13")
-    low = replace(scene, orbit=replace(scene.orbit, altitude_m=100.0))
-    theirs, mine = both(low)
+    theirs, mine = both(on_orbit(load_scene("paper/fig13"), altitude_m=100.0))
     assert mine.ended == theirs.ended == "a bar reached the surface at t = 0.000000 s"
     assert len(mine.t_s) == len(theirs.t_s) == 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +18,7 @@ from reference_impl.kernel.layout import ARRIVED, GIVEN_BACK
 from reference_impl.kernel.library import evaluate_in_lanes, lane_count
 from reference_impl.model import relative
 from scenarios import load_scene
+from tests.support.changed import lasting
 from tests.support.joint_roundoff import C, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.kernel import MISSING, needs_kernel
 
@@ -35,8 +35,7 @@ SPREAD = ("angle_deg[*]=normal(5, 3)", "mass_kg[2]=lognormal(100, 0.2)", "altitu
 
 def drawn(name: str, runs: int, *vary: str, rtol: float = RTOL, samples: int = 11, orbits: float = 0.2):
     scene = load_scene(name)
-    run = replace(scene.run, duration_s=orbits * scene.period_s, samples=samples)
-    scene = replace(scene, run=run)
+    scene = lasting(scene, orbits * scene.period_s, samples)
     variations = tuple(parse(text, scene.bars) for text in vary or SPREAD)
     return batch(populate(scene, variations, runs, seed=1), rtol), scene.times_s
 
