@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.documents.running import BLOCK, blocks, carry_out, command, shapes
+from tests.documents.running import blocks, carry_out, command
 from tests.structure.product import ROOT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
@@ -52,15 +52,3 @@ def test_the_scene_of_the_readme_can_be_compared(tmp_path: Path) -> None:
     scene = next(block.text for block in blocks(ROOT / "README.md") if block.language == "toml")
     (tmp_path / "mine.toml").write_text(scene, encoding="utf-8")
     assert "2 pass" in command("barchain compare mine.toml --engine reference --engine rebound", tmp_path)
-
-
-def test_a_page_that_shows_another_output_is_found(tmp_path: Path) -> None:
-    page = tmp_path / "page.md"
-    page.write_text("```python\nprint('a 1')\n```\n```text\nb 2\n```\n", encoding="utf-8")
-    with pytest.raises(AssertionError, match="did not come"):
-        carry_out(page, tmp_path)
-
-
-def test_numbers_and_spaces_may_differ() -> None:
-    assert shapes("[  1/4]   16.9 s  pass") == shapes("[1/4] 2e-3 s pass") != shapes("[1/4] 2e-3 s fail")
-    assert BLOCK.search("```sh\nbarchain\n```") is not None
