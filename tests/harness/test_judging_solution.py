@@ -86,9 +86,7 @@ def other_run(name: str, **changes: Any) -> Scene:
 
 
 @pytest.mark.parametrize("name", one_in(5, TAME))
-def test_core_and_effects_have_judging_solutions_at_the_samples_of_a_comparison(
-    name: str,
-) -> None:
+def test_core_and_effects_have_judging_solutions_at_the_samples_of_a_comparison(name: str) -> None:
     found, scene = shipped(name), closely_sampled(load_scene(name))
     seen, n = found.trajectory, len(found.amplification)
     assert found.source is SolutionSource.SHIPPED
