@@ -58,12 +58,10 @@ def test_every_shipped_scene_has_a_committed_solution_of_its_run_and_its_first_o
         seen = len(found.trajectory.t_s)
         assert seen == len(scene.times_s) or "surface" in found.trajectory.ended
         np.testing.assert_array_equal(found.trajectory.t_s, scene.times_s[:seen])
-        wanted = {"com", "com_velocity", "attitude", "rate"} | (
-            {"torque"} if scene.effects.prescribed_rotation else set()
-        )
-        if scene.bars > 1:
-            wanted |= {"reaction", "impulse"} if scene.effects.impulse else {"reaction"}
-        assert set(found.error) == wanted
+        assert {"com", "com_velocity", "attitude", "rate"} <= set(found.error)
+        assert ("torque" in found.error) == bool(scene.effects.prescribed_rotation)
+        assert ("reaction" in found.error) == (scene.bars > 1)
+        assert ("impulse" in found.error) == (scene.bars > 1 and bool(scene.effects.impulse))
         for bound in found.error.values():
             assert bound.shape == (seen,)
             assert np.all(np.diff(bound) >= 0.0)
@@ -81,14 +79,11 @@ def reference_runs(scene):
 
 @pytest.mark.parametrize(
     ("name", "orbits"),
-    [pytest.param(name, None, marks=[pytest.mark.exhaustive] if name in (*LONG_RUNS, *MANY_STEPS) else [])
-     for name in TAME]
-    + [pytest.param(name, None, marks=pytest.mark.exhaustive) for name in HARD if name in TOLD]
+    [pytest.param(name, None, marks=[pytest.mark.exhaustive] if name in (*LONG_RUNS, *MANY_STEPS, *HARD) else [])
+     for name in [*TAME, *HARD] if name in TOLD]
     + [(name, 1.0) for name in LONG_RUNS],
 )  # fmt: skip
-def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictability_limit(
-    name, orbits, record_property
-):
+def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictability_limit(name, orbits):
     """|reference - certified| <= 2 E_reference + E_certified + floor.
 
     E_reference from a run ten times looser; 2 is Richardson's. Floor: the comparison's own round-off of double
@@ -103,17 +98,10 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictabil
     floor = ErrorModel(ReferenceFast, setting, seen, seen.trajectory).floor
     for quantity, apart in differences(seen.trajectory, judge.trajectory).items():
         allowed = 2.0 * seen.error[quantity][:n] + judge.error[quantity][:n] + floor[quantity][:n]
-        record_property(f"{quantity}_apart", float(apart[:n].max()))
-        record_property(f"{quantity}_certified_error", float(judge.error[quantity][n - 1]))
         assert np.all(apart[:n] <= allowed), (quantity, (apart[:n] / allowed).max())
 
 
-@pytest.mark.parametrize(
-    "name",
-    exhaustive_but(
-        [QUICK, "basics/libration", *(n for n in TAME if n.startswith("paper/"))], [QUICK, "basics/libration"]
-    ),
-)
+@pytest.mark.parametrize("name", exhaustive_but([QUICK, *(n for n in TAME if n.startswith("paper/"))], [QUICK]))
 def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name):
     found = check(load_scene(name))
     assert found.agrees, found.said

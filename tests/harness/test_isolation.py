@@ -7,19 +7,16 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.record.study_store import StudyStore
 from barchain.runs.executors import LocalProcesses
-from barchain.runs.job import Job, Role, failure
+from barchain.runs.job import Job, Role
 from barchain.runs.pool import LocalSession
 from barchain.runs.tasks import PoolGroup, pool_group
 from barchain.solutions.judging import solution_jobs
-from barchain.studies.comparison.run import Comparison, run_comparison
-from barchain.studies.comparison.suite import Suite
-from barchain.studies.study import Reporter
+from barchain.studies.comparison.run import run_comparison
 from reports.chapters.comparison.overview import summary_verdict
 from reports.chapters.comparison.summary import summarise
 from reports.render import render
-from reports.results.comparison import FILES, read_results
+from reports.results.comparison import read_results
 from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.faulty_engines import UNSOLVABLE
@@ -118,17 +115,6 @@ def test_reference_solutions_run_in_processes_without_other_engines():
     theirs = dataclasses.replace(ours, engine="Unmodified", registration=registered(["Unmodified"])["Unmodified"])
     assert {pool_group(job) for job in solution_jobs(scene)} == {PoolGroup.SOLUTION}
     assert (pool_group(ours), pool_group(theirs)) == (PoolGroup.REGISTERED, PoolGroup.THIRD_PARTY)
-
-
-def test_why_a_reference_solution_failed_is_said_once(tmp_path):
-    comparison = Comparison([unshipped(SCENE)], {})
-    suite = Suite(comparison, StudyStore(FILES, tmp_path, comparison.record()), Reporter())
-    progress = suite.progress[SCENE]
-    case = suite.solution(progress)
-    asked = next(case)
-    with pytest.raises(StopIteration):
-        case.send([failure(Outcome.FAILED, "no steps left") for _ in asked])
-    assert progress.solution_failed == "the judging solution could not be run (no steps left)"
 
 
 @pytest.mark.exhaustive

@@ -196,7 +196,7 @@ def test_a_comparison_on_a_core_scene_runs_no_solution_and_says_what_judged(tmp_
     assert (series_folder(tmp_path) / "trajectories" / QUICK / "solution.parquet").is_file()
 
 
-def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
+def test_the_reference_judges_where_heyoka_fails_and_why_it_fails_too_is_said(tmp_path: Path) -> None:
     scene = other_run(QUICK, samples=7)
     comparison = Comparison([scene], {}, certify=True)
     store = StudyStore(FILES, tmp_path, comparison.record())
@@ -211,6 +211,9 @@ def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
     assert judging_engine(scene) in {task.call.given[0].engine for task in asked}
     assert (progress.source, progress.solution_failed) == (SolutionSource.REFERENCE, "")
     assert notes == [f"{scene.name}: no certified solution (no steps left); the reference judges"]
+    with pytest.raises(StopIteration):
+        case.send([failure(Outcome.FAILED, "singular") for _ in asked])
+    assert progress.solution_failed == "the judging solution could not be run (singular)"
 
 
 def made_here(scene: Scene) -> ReferenceSolution:

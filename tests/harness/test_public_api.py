@@ -16,6 +16,12 @@ from tests.support.report_fixture import build
 
 STUDIES = ("ensemble", "cost", "effects", "sweep", "measure", "asked_run")
 HEAVY = ("numpy", "pandas", "scipy", "matplotlib", "pydantic", "exudyn")
+SCRIPT = """
+from barchain import load_scene, simulate
+
+print("once")
+simulate(load_scene("basics/two_bars_free"), "exudyn")
+"""
 
 
 def test_importing_barchain_imports_nothing_heavy() -> None:
@@ -74,3 +80,11 @@ def test_the_studies_of_cost_and_effects_return_their_tables() -> None:
     assert set(priced.points.engine) == {"reference-fast"}
     budget = barchain.effects("basics/two_bars_free", rtol=1e-5, repeats=1, minutes=0.001, engine="reference-fast")
     assert len(budget.effects) > 1
+
+
+@pytest.mark.slow
+def test_a_script_needs_no_guard_and_runs_once(tmp_path: Path) -> None:
+    """Processes do not import the script that starts them."""
+    (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")
+    done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "once\n"), done.stderr
