@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import mpmath
 import numpy as np
@@ -251,4 +252,5 @@ def test_judging_a_file_says_how_far_the_solution_is_proven(tmp_path):
     path = tmp_path / "run.csv"
     to_frame(motion_of(frame[: head["samples"]], head)).to_csv(path, index=False)
     found = judge_files(QUICK, path, time_limit_s=60.0)
-    assert [note for note in found.notes if "proven to" in note]
+    (bound,) = re.findall(r"proven to (\S+) of", " ".join(found.notes))
+    assert head["proof"]["relative"] <= float(bound) < 1e-20, "in one digit, rounded up"

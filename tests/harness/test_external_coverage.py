@@ -50,7 +50,6 @@ def scene(effects: str, run: str = "orbits = 1.0") -> Scene:
     ("effects", "run"),
     [
         (THRUST + "start_s = 100.0\nduration_s = 700.0", "orbits = 1.0"),
-        (THRUST + "start_s = 100.3", "duration_s = 5000.0"),
         ("[[effects.impulse]]\nbar = 1\ndirection_deg = 0.0\nimpulse_N_s = 1.0\nat_s = 333.125", "orbits = 1.0"),
     ],
 )

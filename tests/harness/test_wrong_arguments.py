@@ -20,6 +20,7 @@ CALLS: list[tuple[type[Exception], Callable[[], object], tuple[str, ...]]] = [
     (ArgumentError, lambda: compare([FIG05], "exudin"), ("engines: 'exudin' given", 'did you mean ["exudyn"]?')),
     (ArgumentError, lambda: compare([FIG05], 5), ("engines: 5 given", "None for the default engines")),
     (SceneError, lambda: compare(["paper/fig5"]), ("paper/fig5: no such scene", "did you mean paper/fig05?")),
+    (UnknownEngineError, lambda: compare([FIG05], [5]), ("5 given as an engine", "allowed: a name")),
     (SettingError, lambda: compare(*ONE, settings="rtol=1e-9"), ("settings: 'rtol=1e-9' given", "a dict of dicts")),
     (SettingError, lambda: compare(*ONE, settings={"exudyn": {}}), ("exudyn given, which is not compared",)),
     (SettingError, lambda: compare(*ONE, settings={"reference": {"rtol": "x"}}), ("rtol='x' given", "1e-15 to 1")),

@@ -55,7 +55,7 @@ def test_a_right_file_of_a_scene_of_early_limits_passes_from_its_own_states_and_
 @pytest.mark.slow
 def test_numbers_that_were_rounded_before_they_were_written_in_full_are_told_as_that(right, judged):
     """6728000.0 has eight digits, of which six count; reversed reactions are wrong all the same."""
-    rounded = right.iloc[:21].map(lambda value: float(f"{value:.6g}"))
+    rounded = right.iloc[:21:2].map(lambda value: float(f"{value:.6g}"))
     found = judged(rounded)
     assert not found.passed
     assert not found.mistakes

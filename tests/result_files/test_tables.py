@@ -181,6 +181,7 @@ REFUSED = {
         table(rows=[ROWS[0], *([row[0], "", ""] for row in ROWS[1:])]),
         r"line 3 \(row 2\): angle_1 is no finite number"
     ),
+    "a named column of blanks": (table(rows=[[*row[:2], ""] for row in ROWS]), r"line 2 .*: angle_2 is no finite"),
     "a row that is cut": (table() + "40,1.0\n", "line 6 has 2 values for 3 columns"),
     "times that fall": (table(rows=[*ROWS, ROWS[1]]), r"line 6 \(row 5\): the times do not rise"),
     "times of few digits": (

@@ -10,6 +10,7 @@ import pytest
 from adapters.common.kepler import propagate
 from adapters.trajectory import to_frame
 from barchain import change_scene, load_scene, simulate
+from barchain.judge.diagnosis.trials import moved_start
 from barchain.judge.written import Declared
 from barchain.metrics.quantities import differences, drifts
 from barchain.result_files.judging import solution_of as judging_solution
@@ -85,6 +86,14 @@ def test_what_is_right_in_a_wrong_file_is_not_told_as_wrong(right, verdict_alone
     assert not found.passed
     assert any("attitude" in reason for reason in found.reasons)
     assert not any(reason.startswith(("rate", "reaction")) for reason in found.reasons)
+
+
+def test_no_start_is_tried_whose_run_would_not_end():
+    scene = load_scene(FREE)
+    amounts = np.zeros(4 + 2 * scene.bars)
+    assert moved_start(scene, True, amounts, np.array([0.0, 10.0])) is not None
+    amounts[-1] = 1e9
+    assert moved_start(scene, True, amounts, np.array([0.0, 10.0])) is None
 
 
 def test_a_quantity_that_is_there_and_says_nothing_is_no_pass(right, verdict_alone):
