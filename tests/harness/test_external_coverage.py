@@ -124,6 +124,8 @@ def test_all_reasons_are_given_effects_first() -> None:
         "neither energy nor angular momentum: drag has no potential; "
         "the gravity-gradient torque has no counterpart in the force"
     )
+    words = invariant_words(load_scene("effects/joint_springs"))
+    assert words == "angular momentum; not energy: dampers dissipate energy"
     assert invariant_words(load_scene("effects/slender")) == "energy and angular momentum"
 
 

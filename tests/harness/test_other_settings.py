@@ -53,6 +53,13 @@ def test_the_advised_steps_carry_an_engine_that_failed() -> None:
     assert len(api.simulate(STIFF, "pymunk", steps_per_orbit=float(advised[1])).t_s) == 3
 
 
+def test_a_comparison_tells_with_a_failed_run_the_steps_that_may_carry_it() -> None:
+    found = api.compare([STIFF], engines=["pymunk"], settings={"pymunk": {"steps_per_orbit": 10000}})
+    reasons = [reason for reason in found.metrics.reason if "may do" in reason]
+    assert reasons
+    assert all("--set steps_per_orbit=" in reason for reason in reasons)
+
+
 @needs_kernel
 def test_a_run_is_that_of_the_compiled_reference_where_it_is_built() -> None:
     assert api.simulate(SOFT).engine == COMPILED
@@ -77,4 +84,3 @@ def test_a_swing_that_is_too_fast_for_the_steps_is_told_with_steps_that_follow_i
     assert found.outcomes["published/tips", "exudyn-tree"] is Outcome.FAILED
     assert reasons
     assert all("the scene's fastest motion lets it be" in reason for reason in reasons)
-    assert all("--set steps_per_orbit=" in reason for reason in reasons)
