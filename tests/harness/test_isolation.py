@@ -87,7 +87,7 @@ def test_each_kind_of_fault_costs_its_own_row_and_says_why_and_the_comparison_fa
 
 @pytest.mark.slow
 def test_an_engine_that_hangs_in_every_scene_is_tried_in_two_and_late_in_all():
-    scenes = ["basics/two_bars_free", "basics/free_rotation", "basics/kepler_circular"]
+    scenes = ["basics/two_bars_free", "basics/free_rotation", "basics/kepler_circular", "basics/libration"]
     registrations = registered(["Hangs"]) | {"reference": ENGINES["reference"]}
     result = run_comparison(scenes, time_limit_s=3.0, registered=registrations, executor=LocalProcesses(2))
     assert {result.outcomes[scene, "reference"] for scene in scenes} == {Outcome.PASS}
