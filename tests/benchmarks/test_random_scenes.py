@@ -152,10 +152,10 @@ def test_rates_count_what_could_have_happened() -> None:
 
 
 def test_one_missed_fault_fails_and_false_alarms_may_be_half_a_percent() -> None:
-    assert passed([*several(Rating.PASS, 5), *several(Rating.BELOW, 5, "mu"), *several(Rating.BEYOND, 1, "mu")])
-    assert not passed([*several(Rating.PASS, 5), *several(Rating.MISSED, 1, "mu")])
-    assert passed([*several(Rating.PASS, 150), *several(Rating.FALSE_ALARM, 1)])
-    assert not passed([*several(Rating.PASS, 150), *several(Rating.FALSE_ALARM, 2)])
+    right = several(Rating.PASS, 150)
+    assert passed([*right, *several(Rating.FALSE_ALARM, 1), *several(Rating.BELOW, 5, "mu")])
+    assert not passed([*right, *several(Rating.FALSE_ALARM, 2)])
+    assert not passed([*right, *several(Rating.MISSED, 1, "mu")])
 
 
 @pytest.mark.exhaustive

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pictures.paths import GENERATED
@@ -15,26 +14,14 @@ if TYPE_CHECKING:
 
 FOLDERS = (*PACKAGES, "tests", "docs", "benchmarks", ".ci")
 SCENE_FOLDERS = tuple(p.name for p in sorted((ROOT / "scenarios").iterdir()) if any(p.glob("*.toml")))
-FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^```[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SPAN = re.compile(r"`([^`\n]+)`")
 LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)]*)?\)")
 WORD = re.compile(r"[\w.<>*/\-]+")
 COMMAND = re.compile(r"^(?:.*?&& )?(?:\.venv/bin/)?barchain( [a-z-].*)?$")
 LONG_OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 PLACEHOLDER = re.compile(r"[\[<|…]|\.\.\.|\b[A-Z]{2,}\b|\s{2}")
-
-
-@dataclass(frozen=True)
-class Mention:
-    """A path or a command line in a document."""
-
-    document: Path
-    line: int
-    text: str
-
-    def __str__(self) -> str:
-        """Place and text, for a message."""
-        return f"{self.document.relative_to(ROOT)}:{self.line}: {self.text}"
+DOCUMENT = re.compile(r"\b(?:docs|design)/[\w/]+\.md\b")
 
 
 def documents() -> list[Path]:
@@ -44,22 +31,24 @@ def documents() -> list[Path]:
     return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(written)]
 
 
-def links(document: Path) -> Iterator[tuple[Mention, Path]]:
-    """Links to files, each with the path that it leads to."""
+def links(document: Path) -> list[str]:
+    """Links to files."""
+    return [link for link in LINK.findall(document.read_text(encoding="utf-8")) if "://" not in link]
+
+
+def code_of(document: Path) -> list[str]:
+    """Code in a document: its fenced blocks, and what stands between backticks in a line."""
     text = document.read_text(encoding="utf-8")
-    for found in LINK.finditer(text):
-        if "://" not in found.group(1):
-            yield mention(document, text, found.start(), found.group(1)), document.parent / found.group(1)
+    return [*FENCE.findall(text), *SPAN.findall(FENCE.sub("", text))]
 
 
-def paths(document: Path) -> Iterator[Mention]:
+def paths(document: Path) -> Iterator[str]:
     """Paths in code that begin with one of the project's folders, or name a Python file; placeholders left out."""
-    text = document.read_text(encoding="utf-8")
-    for start, code in spans_and_fences(text):
-        for word in WORD.finditer(code):
-            path = word.group().rstrip(".")
+    for code in code_of(document):
+        for word in WORD.findall(code):
+            path = word.rstrip(".")
             if "<" not in path and ((path.split("/")[0] in FOLDERS and "/" in path) or path.endswith(".py")):
-                yield mention(document, text, start + word.start(), path)
+                yield path
 
 
 def exists(path: str) -> bool:
@@ -69,59 +58,32 @@ def exists(path: str) -> bool:
     return any(any((ROOT / folder).rglob(path)) for folder in FOLDERS)
 
 
-def scenes(document: Path) -> Iterator[Mention]:
+def scenes(document: Path) -> Iterator[str]:
     """Names of scenes in code, such as ``paper/fig05``."""
-    text = document.read_text(encoding="utf-8")
-    for start, code in spans_and_fences(text):
-        for word in WORD.finditer(code):
-            folder, slash, rest = word.group().partition("/")
+    for code in code_of(document):
+        for word in WORD.findall(code):
+            folder, slash, rest = word.partition("/")
             if folder in SCENE_FOLDERS and slash and rest and not set(rest) & set("<*/."):
-                yield mention(document, text, start + word.start(), word.group())
+                yield word
 
 
-def command_lines(document: Path) -> Iterator[tuple[Mention, bool]]:
-    """Command lines of barchain in code, and whether each is whole: one that can be typed as it stands."""
-    text = document.read_text(encoding="utf-8")
-    for start, code in spans_and_fences(text):
-        joined = re.sub(r"\\?\n {4,}", lambda gap: " " * len(gap.group()), code)  # as long as before: places stay
-        at, fenced = start, "\n" in code
-        for line in joined.splitlines(keepends=True):
+def command_lines(document: Path) -> Iterator[tuple[str, bool]]:
+    """Words after barchain in command lines, and whether each line is whole: one that can be typed as it stands."""
+    for code in code_of(document):
+        for line in re.sub(r"\\?\n {4,}", " ", code).splitlines():
             command = COMMAND.match(re.split(r" #", line)[0].strip())
             if command:
                 words = (command.group(1) or "").strip()
-                yield mention(document, text, at, words), fenced and not PLACEHOLDER.search(words)
-            at += len(line)
+                yield words, "\n" in code and not PLACEHOLDER.search(words)
 
 
-def options_in_prose(document: Path) -> Iterator[Mention]:
+def options_in_prose(document: Path) -> list[str]:
     """Long options that sentences and tables name; fenced command lines are parsed whole."""
-    text = document.read_text(encoding="utf-8")
-    for found in LONG_OPTION.finditer(without_fences(text)):
-        yield mention(document, text, found.start(), found.group())
+    return LONG_OPTION.findall(FENCE.sub("", document.read_text(encoding="utf-8")))
 
 
-def without_fences(text: str) -> str:
-    """Text with blanks for fenced blocks: places stay."""
-    return FENCE.sub(lambda fence: re.sub(r"[^\n]", " ", fence.group()), text)
-
-
-def spans_and_fences(text: str) -> Iterator[tuple[int, str]]:
-    """Code in a document, each piece with the place where it starts."""
-    for found in FENCE.finditer(text):
-        first = text.index("\n", found.start()) + 1
-        yield first, text[first : found.end() - 3]
-    for found in SPAN.finditer(without_fences(text)):
-        yield found.start(1), found.group(1)
-
-
-def mention(document: Path, text: str, at: int, what: str) -> Mention:
-    """What a document says at a place in its text."""
-    return Mention(document, text.count("\n", 0, at) + 1, what)
-
-
-def docstring_paths() -> Iterator[Mention]:
+def named_documents() -> Iterator[tuple[Path, str]]:
     """Documents that Python files of the product and its tests point to."""
     for file in python_files(*PACKAGES, "tests", "benchmarks"):
-        text = file.read_text(encoding="utf-8")
-        for found in re.finditer(r"\b(?:docs|design)/[\w/]+\.md\b", text):
-            yield mention(file, text, found.start(), found.group())
+        for path in DOCUMENT.findall(file.read_text(encoding="utf-8")):
+            yield file, path

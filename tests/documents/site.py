@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlsplit
@@ -15,17 +14,12 @@ LOADS = {"script": "src", "img": "src", "iframe": "src", "source": "srcset"}
 STYLES = {"stylesheet", "preload", "icon", "modulepreload"}
 
 
-@dataclass
 class Page(HTMLParser):
     """Anchors, links and loaded files of one page."""
 
-    ids: set[str] = field(default_factory=set)
-    links: list[str] = field(default_factory=list)
-    loads: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        """Make the parser."""
-        HTMLParser.__init__(self)
+    def __init__(self) -> None:
+        super().__init__()
+        self.ids, self.links, self.loads = set[str](), list[str](), list[str]()
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         """Take an element."""

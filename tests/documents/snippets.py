@@ -65,26 +65,15 @@ def reason_not_run(snippet: Snippet) -> str | None:
     return found[0] if found and snippet.text not in ways()["with_less"] else None
 
 
-def fragments() -> list[Snippet]:
-    """Blocks of TOML that belong into a scene."""
-    return [s for s in snippets() if s.language == "toml" and s.text.startswith((FRAGMENT, f"[{FRAGMENT}"))]
+def kind(snippet: Snippet) -> str:
+    """Kind of what is carried out here; empty of a snippet that no test carries out."""
+    if snippet.language == "toml":
+        parts = {"plan": "[[comparison]]" in snippet.text, "scene": "[orbit]" in snippet.text}
+        parts["effect"] = snippet.text.startswith((FRAGMENT, f"[{FRAGMENT}"))
+        return next((name for name, there in parts.items() if there), "")
+    return snippet.language if snippet.language in ("python", "sh") and reason_not_run(snippet) is None else ""
 
 
-def whole_scenes() -> list[Snippet]:
-    """Blocks of TOML that are scenes."""
-    return [s for s in snippets() if s.language == "toml" and "[orbit]" in s.text]
-
-
-def plans() -> list[Snippet]:
-    """Blocks of TOML that are plans of nights."""
-    return [s for s in snippets() if s.language == "toml" and "[[comparison]]" in s.text]
-
-
-def scripts() -> list[Snippet]:
-    """Blocks of Python that run here."""
-    return [s for s in snippets() if s.language == "python" and reason_not_run(s) is None]
-
-
-def shell_commands() -> list[Snippet]:
-    """Commands that run here."""
-    return [s for s in snippets() if s.language == "sh" and reason_not_run(s) is None]
+def of_kind(wanted: str) -> list[Snippet]:
+    """Snippets of a kind: an effect, scene or plan, a script in Python, a command of a shell."""
+    return [s for s in snippets() if kind(s) == wanted]

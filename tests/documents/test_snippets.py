@@ -40,6 +40,7 @@ samples = 3
 """
 SPRINGS = "joint_spring_damper"
 """Effect whose fragment lists three joints"""
+SCRIPTS = found.of_kind("python")
 
 
 def name(snippet: Snippet) -> str:
@@ -53,23 +54,19 @@ def marked(snippet: Snippet) -> ParameterSet:
 
 
 def test_each_snippet_is_carried_out_in_one_way() -> None:
-    carried_out = {
-        *found.fragments(), *found.whole_scenes(), *found.plans(), *found.scripts(),
-        *(s for s in found.shell_commands() if s.text in {*found.ways()["as_typed"], *found.ways()["with_less"]}),
-    }  # fmt: skip
-    left = [str(s) for s in found.snippets() if s not in carried_out and found.reason_not_run(s) is None]
-    assert not left, "no test carries out:\n" + "\n".join(left)
+    left = [str(s) for s in found.snippets() if not found.kind(s) and found.reason_not_run(s) is None]
+    assert not left, "no test carries these out"
 
 
 def test_the_table_of_ways_names_nothing_that_is_gone() -> None:
     texts = [s.text for s in found.snippets()]
     ways = found.ways()
-    gone = [each for each in (*ways["as_typed"], *ways["by_night"], *ways["with_less"]) if each not in texts]
+    gone = [each for each in (*ways["by_night"], *ways["with_less"]) if each not in texts]
     gone += [start for start in ways["not_run"] if not any(text.startswith(start) for text in texts)]
     assert not gone
 
 
-@pytest.mark.parametrize("snippet", one_in(9, found.fragments()), ids=name)
+@pytest.mark.parametrize("snippet", one_in(9, found.of_kind("effect")), ids=name)
 def test_an_effect_of_the_documents_belongs_into_a_scene(snippet: Snippet, tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     bars = 2 if "engine_conventions" in snippet.document.name else 4 if SPRINGS in snippet.text else 5
@@ -77,7 +74,7 @@ def test_an_effect_of_the_documents_belongs_into_a_scene(snippet: Snippet, tmp_p
     assert len(simulate(load_scene(scene)).t_s) == 3
 
 
-@pytest.mark.parametrize("snippet", found.whole_scenes(), ids=name)
+@pytest.mark.parametrize("snippet", found.of_kind("scene"), ids=name)
 @pytest.mark.slow
 def test_a_scene_of_the_documents_can_be_simulated(snippet: Snippet, tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(snippet.text, encoding="utf-8")
@@ -85,14 +82,14 @@ def test_a_scene_of_the_documents_can_be_simulated(snippet: Snippet, tmp_path: P
     assert len(simulate(scene).t_s) == scene.run.samples
 
 
-@pytest.mark.parametrize("snippet", found.plans(), ids=name)
+@pytest.mark.parametrize("snippet", found.of_kind("plan"), ids=name)
 def test_a_plan_of_the_documents_has_known_keys(snippet: Snippet) -> None:
     assert PlanFile.model_validate(tomllib.loads(snippet.text)).minutes > 0
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "snippet", exhaustive_but(found.scripts(), [s for s in found.scripts() if "python.md" in s.document.name]), ids=name
+    "snippet", exhaustive_but(SCRIPTS, [s for s in SCRIPTS if "python.md" in s.document.name]), ids=name
 )
 def test_a_script_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> None:
     text = snippet.text.replace('assert_conforms("mine")', 'assert_conforms("reference-fast")')
@@ -103,7 +100,7 @@ def test_a_script_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> Non
     run([sys.executable, str(script)], tmp_path, 0)
 
 
-@pytest.mark.parametrize("snippet", [marked(s) for s in {s.text: s for s in found.shell_commands()}.values()], ids=name)
+@pytest.mark.parametrize("snippet", [marked(s) for s in {s.text: s for s in found.of_kind("sh")}.values()], ids=name)
 def test_a_command_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> None:
     words = f"{snippet.text} {found.ways()['with_less'].get(snippet.text, '')}"
     command(words, tmp_path)

@@ -55,12 +55,9 @@ def test_a_value_that_changes_by_its_last_bit_needs_another_version() -> None:
     assert row.data_set != data_set_version()
 
 
-def test_a_name_that_is_in_several_folders_is_told_apart_by_its_folder() -> None:
+def test_a_name_that_is_in_several_folders_is_told_apart_by_its_folder_and_an_earlier_case_keeps_its_own() -> None:
     new = missing_rows((), dict.fromkeys(("basics/two_bars_free", "paper/fig05"), "0"))
     assert [row.identifier for row in new] == ["BC-basics-two_bars_free-1", "BC-fig05-1"]
-
-
-def test_a_case_keeps_its_identifier_when_another_scene_gets_its_name() -> None:
     earlier = CaseVersion("BC-two_bars_free-1", "basics/two_bars_free", "1.0", "0", "first values")
     (row,) = missing_rows((earlier,), {"basics/two_bars_free": "1"})
     assert row.identifier == "BC-two_bars_free-2"

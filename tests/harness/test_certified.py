@@ -18,7 +18,7 @@ from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.solutions import certified as certified_module
 from barchain.solutions import certified_file
-from barchain.solutions.certified import CertifiedSolutionError, certified, check, table_times
+from barchain.solutions.certified import CertifiedSolutionError, certified, check
 from barchain.solutions.certified_file import head_of, read_table, shipped_path, write_file
 from barchain.solutions.reference import (
     SOLUTION_CHECK_RTOL,
@@ -58,12 +58,10 @@ def test_every_shipped_scene_has_a_committed_solution_of_its_run_and_its_first_o
         seen = len(found.trajectory.t_s)
         assert seen == len(scene.times_s) or "surface" in found.trajectory.ended
         np.testing.assert_array_equal(found.trajectory.t_s, scene.times_s[:seen])
-        wanted = {"com", "com_velocity", "attitude", "rate"} | (
-            {"torque"} if scene.effects.prescribed_rotation else set()
-        )
-        if scene.bars > 1:
-            wanted |= {"reaction", "impulse"} if scene.effects.impulse else {"reaction"}
-        assert set(found.error) == wanted
+        assert {"com", "com_velocity", "attitude", "rate"} <= set(found.error)
+        assert ("torque" in found.error) == bool(scene.effects.prescribed_rotation)
+        assert ("reaction" in found.error) == (scene.bars > 1)
+        assert ("impulse" in found.error) == (scene.bars > 1 and bool(scene.effects.impulse))
         for bound in found.error.values():
             assert bound.shape == (seen,)
             assert np.all(np.diff(bound) >= 0.0)
@@ -81,14 +79,11 @@ def reference_runs(scene):
 
 @pytest.mark.parametrize(
     ("name", "orbits"),
-    [pytest.param(name, None, marks=[pytest.mark.exhaustive] if name in (*LONG_RUNS, *MANY_STEPS) else [])
-     for name in TAME]
-    + [pytest.param(name, None, marks=pytest.mark.exhaustive) for name in HARD if name in TOLD]
+    [pytest.param(name, None, marks=[pytest.mark.exhaustive] if name in (*LONG_RUNS, *MANY_STEPS, *HARD) else [])
+     for name in [*TAME, *HARD] if name in TOLD]
     + [(name, 1.0) for name in LONG_RUNS],
 )  # fmt: skip
-def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictability_limit(
-    name, orbits, record_property
-):
+def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictability_limit(name, orbits):
     """|reference - certified| <= 2 E_reference + E_certified + floor.
 
     E_reference from a run ten times looser; 2 is Richardson's. Floor: the comparison's own round-off of double
@@ -103,17 +98,10 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictabil
     floor = ErrorModel(ReferenceFast, setting, seen, seen.trajectory).floor
     for quantity, apart in differences(seen.trajectory, judge.trajectory).items():
         allowed = 2.0 * seen.error[quantity][:n] + judge.error[quantity][:n] + floor[quantity][:n]
-        record_property(f"{quantity}_apart", float(apart[:n].max()))
-        record_property(f"{quantity}_certified_error", float(judge.error[quantity][n - 1]))
         assert np.all(apart[:n] <= allowed), (quantity, (apart[:n] / allowed).max())
 
 
-@pytest.mark.parametrize(
-    "name",
-    exhaustive_but(
-        [QUICK, "basics/libration", *(n for n in TAME if n.startswith("paper/"))], [QUICK, "basics/libration"]
-    ),
-)
+@pytest.mark.parametrize("name", exhaustive_but([QUICK, *(n for n in TAME if n.startswith("paper/"))], [QUICK]))
 def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name):
     found = check(load_scene(name))
     assert found.agrees, found.said
@@ -129,8 +117,10 @@ def test_long_double_agrees_to_its_own_round_off():
     assert apart <= walk * amplification + certified(scene).error["attitude"][-1]
 
 
-def test_a_solution_is_computed_once_and_then_served_from_the_cache_bit_for_bit(quick, tmp_path):
-    first, again = certified(quick, cache=tmp_path), certified(quick, cache=tmp_path)
+def test_a_solution_is_computed_once_and_then_served_from_the_cache_bit_for_bit(quick, tmp_path, monkeypatch):
+    monkeypatch.setenv("BARCHAIN_CACHE", str(tmp_path))
+    first, again = certified(quick), certified(quick)
+    assert list((tmp_path / "certified_solutions").glob("*.parquet"))
     assert (first.source, again.source) == ("computed", "cache")
     assert first.precision == again.precision
     assert "real128" in first.precision
@@ -140,7 +130,7 @@ def test_a_solution_is_computed_once_and_then_served_from_the_cache_bit_for_bit(
         np.testing.assert_array_equal(bound, again.error[name])
 
 
-@pytest.mark.parametrize("damage", ["cut", "number", "empty", "other", "binary"])
+@pytest.mark.parametrize("damage", ["cut", "number", "other"])
 def test_a_damaged_file_in_the_cache_is_made_again(damage, quick, tmp_path):
     certified(quick, cache=tmp_path)
     (path,) = tmp_path.rglob("*.parquet")
@@ -150,9 +140,7 @@ def test_a_damaged_file_in_the_cache_is_made_again(damage, quick, tmp_path):
     harm = {
         "cut": whole[: len(whole) * 2 // 3],
         "number": frame.to_parquet(index=False),
-        "empty": b"",
         "other": read_table(path).trajectory.to_frame().to_parquet(),
-        "binary": bytes(range(256)),
     }[damage]
     assert harm != whole
     path.write_bytes(harm)
@@ -177,21 +165,11 @@ def test_another_version_code_or_scene_is_another_solution(what, quick, tmp_path
     assert not list(tmp_path.rglob("*.part"))
 
 
-def test_the_name_of_a_scene_is_no_part_of_its_physics(tmp_path):
-    scene = dataclasses.replace(over(QUICK), name="mine", title="another", tags=())
-    assert certified(scene, cache=tmp_path).source == "committed"
-
-
-def test_the_cache_is_where_the_environment_says(quick, tmp_path, monkeypatch):
-    monkeypatch.setenv("BARCHAIN_CACHE", str(tmp_path))
-    certified(quick)
-    assert list((tmp_path / "certified_solutions").glob("*.parquet"))
-
-
 def test_instants_that_differ_in_their_last_bits_are_served_with_what_that_moves(tmp_path):
+    """The name of a scene is no part of its physics."""
     scene = over(QUICK)
     later = dataclasses.replace(
-        scene, run=dataclasses.replace(scene.run, duration_s=scene.run.duration_s * (1 + 2.0**-51))
+        scene, name="mine", run=dataclasses.replace(scene.run, duration_s=scene.run.duration_s * (1 + 2.0**-51))
     )
     one, other = certified(scene, cache=tmp_path), certified(later, cache=tmp_path)
     assert other.source == "committed"
@@ -212,14 +190,6 @@ def test_without_heyoka_tables_are_served_and_all_else_says_how_to_install_it(qu
     made = CliRunner().invoke(certified_solutions, [QUICK, "--out", str(tmp_path)])
     assert made.exit_code == 3
     assert "pip install" in made.output
-
-
-def test_tables_hold_equally_spaced_instants_once():
-    scene = load_scene("paper/fig17")
-    times = table_times(scene)
-    assert len(times) == 21  # the run is the first orbit
-    assert len(table_times(load_scene("paper/fig05"))) in range(36, 42)
-    np.testing.assert_allclose(np.diff(times), times[1], rtol=1e-9)
 
 
 @pytest.mark.exhaustive

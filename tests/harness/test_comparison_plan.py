@@ -27,7 +27,6 @@ from barchain.studies.comparison.plan import (
     promise,
     required_verdicts,
     turns_per_orbit,
-    two_digits,
 )
 from barchain.studies.comparison.run import Comparison
 from barchain.studies.comparison.suite import Suite
@@ -88,10 +87,6 @@ def test_a_given_setting_a_method_that_chooses_its_steps_and_an_unknown_solution
 def test_a_swing_of_an_end_body_is_resolved_in_a_scene_without_a_solution_too() -> None:
     scene, tree = load_scene("published/tips"), ENGINES["exudyn-tree"].declarations()
     assert comparison_setting(tree, scene, None).value >= scene.swing_rate_rad_s * scene.step_period_s
-
-
-def test_numbers_of_steps_are_rounded_up_to_two_digits() -> None:
-    assert [two_digits(v) for v in (110.5, 2500.0, 7071.1, 25.0)] == [120.0, 2500.0, 7100.0, 25.0]
 
 
 def test_runs_of_solutions_begin_first_then_those_that_compile_and_then_the_longest() -> None:

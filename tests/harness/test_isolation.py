@@ -7,23 +7,20 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.record.study_store import StudyStore
 from barchain.runs.executors import LocalProcesses
-from barchain.runs.job import Job, Role, failure
+from barchain.runs.job import Job, Role
 from barchain.runs.pool import LocalSession
 from barchain.runs.tasks import PoolGroup, pool_group
 from barchain.solutions.judging import solution_jobs
-from barchain.studies.comparison.run import Comparison, run_comparison
-from barchain.studies.comparison.suite import Suite
-from barchain.studies.study import Reporter
+from barchain.studies.comparison.run import run_comparison
 from reports.chapters.comparison.overview import summary_verdict
 from reports.chapters.comparison.summary import summarise
 from reports.render import render
-from reports.results.comparison import FILES, read_results
+from reports.results.comparison import read_results
 from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.support.faulty_engines import UNSOLVABLE
-from tests.support.results import read_record, read_table
+from tests.support.results import read_record
 from tests.support.stability_engines import CanNot
 
 SCENE = "basics/two_bars_free"
@@ -50,6 +47,7 @@ FAULTS = {
 }
 QUICK = ("Segfault", "DoesNotImport", "NotThere")
 """Faults that every test run tries: a crash, an exception at import, no such class"""
+FURTHER = tuple(sorted(FAULTS.keys() - set(QUICK)))
 
 
 def unshipped(name):
@@ -62,42 +60,29 @@ def registered(names):
     return {name: Registration(f"tests.support.faulty_engines:{name}") for name in names}
 
 
-def spoiled_by(names, folder):
-    """One comparison over some faults, and its folder."""
+BOTH = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
+
+
+@pytest.fixture(scope="module", params=[QUICK, pytest.param(FURTHER, marks=pytest.mark.exhaustive)], ids=["", "rest"])
+def spoiled(request, tmp_path_factory):
+    """One comparison over some faults, all but the quick ones with unmodified engines among them, and its folder."""
+    folder = tmp_path_factory.mktemp("faulty")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        return folder, run_comparison([SCENE], out=folder / "out", time_limit_s=8.0, registered=registered(names))
+        result = run_comparison([SCENE], out=folder / "out", time_limit_s=8.0, registered=registered(request.param))
+    return request.param, folder, result
 
 
-@pytest.fixture(scope="module")
-def spoiled(tmp_path_factory):
-    """One comparison over the quick faults."""
-    return spoiled_by(QUICK, tmp_path_factory.mktemp("faulty"))
-
-
-@pytest.fixture(scope="module")
-def spoiled_further(tmp_path_factory):
-    """One comparison over all other faults, with unmodified engines among them."""
-    return spoiled_by(sorted(FAULTS.keys() - set(QUICK)), tmp_path_factory.mktemp("faulty"))
-
-
-def check_row(result, name):
-    outcome, words = FAULTS[name]
-    assert result.outcomes[SCENE, name] is outcome
-    rows = result.metrics.query("engine == @name")
-    assert any(words in reason for reason in rows.reason), list(rows.reason)
-    assert not any("\n" in reason or "Traceback" in reason for reason in rows.reason)
-
-
-@pytest.mark.parametrize("name", QUICK)
-def test_each_kind_of_fault_costs_its_own_row_and_says_why(spoiled, name):
-    check_row(spoiled[1], name)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("name", sorted(FAULTS.keys() - set(QUICK)))
-def test_each_fault_costs_its_own_row_and_says_why(spoiled_further, name):
-    check_row(spoiled_further[1], name)
+def test_each_kind_of_fault_costs_its_own_row_and_says_why_and_the_comparison_fails(spoiled):
+    names, folder, result = spoiled
+    assert not result.passed
+    for name in names:
+        outcome, words = FAULTS[name]
+        assert result.outcomes[SCENE, name] is outcome
+        reasons = list(result.metrics.query("engine == @name").reason)
+        assert any(words in reason for reason in reasons), reasons
+        assert not any("\n" in reason or "Traceback" in reason for reason in reasons)
+    assert not (folder / "stray.txt").exists()
 
 
 @pytest.mark.slow
@@ -111,14 +96,8 @@ def test_an_engine_that_hangs_in_every_scene_is_tried_in_two_and_late_in_all():
     assert sum(reason.startswith("not tried: it was late in ") for reason in reasons) >= 1
 
 
-def test_faults_make_the_comparison_fail(spoiled):
-    assert not spoiled[1].passed
-
-
 @pytest.mark.exhaustive
-def test_what_an_engine_prints_or_leaves_behind_does_not_come_through(spoiled_further, capfd):
-    folder, _ = spoiled_further
-    assert not (folder / "stray.txt").exists()
+def test_what_an_engine_prints_does_not_come_through(capfd):
     run_comparison([SCENE], registered=registered(["Chatters"]))
     printed = capfd.readouterr()
     assert "hello" not in printed.out + printed.err
@@ -138,36 +117,12 @@ def test_reference_solutions_run_in_processes_without_other_engines():
     assert (pool_group(ours), pool_group(theirs)) == (PoolGroup.REGISTERED, PoolGroup.THIRD_PARTY)
 
 
-def test_why_a_reference_solution_failed_is_said_once(tmp_path):
-    comparison = Comparison([unshipped(SCENE)], {})
-    suite = Suite(comparison, StudyStore(FILES, tmp_path, comparison.record()), Reporter())
-    progress = suite.progress[SCENE]
-    case = suite.solution(progress)
-    asked = next(case)
-    with pytest.raises(StopIteration):
-        case.send([failure(Outcome.FAILED, "no steps left") for _ in asked])
-    assert progress.solution_failed == "the judging solution could not be run (no steps left)"
-
-
-@pytest.fixture(scope="module")
-def unsolved(tmp_path_factory):
-    """Two scenes, of which one has no reference solution, and an engine that can do neither."""
-    folder = tmp_path_factory.mktemp("unsolved")
-    names = {
-        "Unmodified": "tests.support.faulty_engines:Unmodified",
-        "CanNot": "tests.support.stability_engines:CanNot",
-    }
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(ENGINES, "faulty", registered(["LosesItsGrip"])["LosesItsGrip"])
-        patch.setattr("barchain.solutions.judging.judging_engine", lambda _: "faulty")
-        both = {name: Registration(target) for name, target in names.items()}
-        result = run_comparison([SCENE, unshipped(UNSOLVABLE)], out=folder, registered=both, need_external=True)
-    return folder, result
-
-
 @pytest.mark.exhaustive
-def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_engines(unsolved):
-    _, result = unsolved
+def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_engines(tmp_path, monkeypatch):
+    """Two scenes, of which one has no reference solution, and an engine that can do neither."""
+    monkeypatch.setitem(ENGINES, "faulty", registered(["LosesItsGrip"])["LosesItsGrip"])
+    monkeypatch.setattr("barchain.solutions.judging.judging_engine", lambda _: "faulty")
+    result = run_comparison([SCENE, unshipped(UNSOLVABLE)], out=tmp_path, registered=BOTH, need_external=True)
     assert result.outcomes == {
         (SCENE, "Unmodified"): Outcome.PASS,
         (SCENE, "CanNot"): Outcome.UNSUPPORTED,
@@ -177,48 +132,27 @@ def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_eng
     assert not result.passed
     own = result.metrics.query("scene == @UNSOLVABLE and engine == '(judging solution)'")
     assert list(own.reason) == ["the judging solution could not be run (the joint system is singular at t = 12 s)"]
-
-
-@pytest.mark.exhaustive
-def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved):
-    folder, _ = unsolved
-    verdict = summary_verdict(summarise(read_results(folder)))
-    assert not verdict.good
-    could_not = "the judging solution of scene basics/libration could not be run"
-    assert verdict.headline == f"The one comparison passed, but {could_not}."
-    assert [(c.scene, c.engine) for c in verdict.failures] == [(UNSOLVABLE, "(judging solution)")]
-    assert "1 passed" in verdict.sentences[0]
-    assert "0 failed, 2 unsupported, 1 not run" in verdict.sentences[0]
-    page, text = render(folder)
-    for shown in (page.read_text(), text.read_text()):
-        assert "singular at t = 12 s" in shown
-    assert "| not run |" in text.read_text().split("## Matrix")[1]
-    assert "No engine was compared on" not in text.read_text()
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("names", [["Unmodified", "CanNot"], None])
-def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_path):
-    both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
-    result = run_comparison([SCENE], names, tmp_path, registered=both)
-    assert result.passed is (names is None)
     verdict = summary_verdict(summarise(read_results(tmp_path)))
-    assert verdict.good is result.passed
-    reason = CanNot.unsupported(load_scene(SCENE))
-    if names:
-        assert result.outcomes["(all scenes)", "CanNot"] is Outcome.NOTHING_COMPARED
-        assert verdict.headline == "The one comparison passed, but nothing was compared with CanNot."
-        assert f"CanNot was compared on no scene: {reason}." in verdict.sentences
-    assert all("(all scenes)" not in path.read_text() for path in render(tmp_path))
+    assert not verdict.good
+    assert [(c.scene, c.engine) for c in verdict.failures] == [(UNSOLVABLE, "(judging solution)")]
+    assert all("singular at t = 12 s" in shown.read_text() for shown in render(tmp_path))
 
 
 @pytest.mark.exhaustive
-def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody_named_it(tmp_path):
-    both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
-    result = run_comparison([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
-    assert not result.passed
-    assert {pair for pair, o in result.outcomes.items() if not o.ok} == {("(all scenes)", "CanNot")}
-    assert not summary_verdict(summarise(read_results(tmp_path))).good
+@pytest.mark.parametrize(
+    ("scenes", "names", "passes"),
+    [([SCENE], ["Unmodified", "CanNot"], False), ([SCENE], None, True), ([SCENE, "basics/free_rotation"], None, False)],
+)
+def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(scenes, names, passes, tmp_path):
+    """And if it can do none of several scenes though nobody named it."""
+    result = run_comparison(scenes, names, tmp_path, registered=BOTH)
+    assert result.passed is passes
+    lacking = {pair: outcome for pair, outcome in result.outcomes.items() if not outcome.ok}
+    assert lacking == ({} if passes else {("(all scenes)", "CanNot"): Outcome.NOTHING_COMPARED})
+    verdict = summary_verdict(summarise(read_results(tmp_path)))
+    assert verdict.good is passes
+    told = f"CanNot was compared on no scene: {CanNot.unsupported(load_scene(SCENE))}." in verdict.sentences
+    assert passes or told
 
 
 @pytest.mark.slow
@@ -233,18 +167,6 @@ def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     assert targets == ["tests.support.faulty_engines:GivesUp"] * 2  # only what failed is tried again
     kept = first.metrics.query("engine == 'Unmodified'")
     pd.testing.assert_frame_equal(second.metrics.query("engine == 'Unmodified'"), kept)
-
-
-@pytest.mark.slow
-def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
-    def stop(scene, engine, outcome):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified"]), reporter=Reporter(stop))
-    record = read_record(tmp_path)
-    assert not record["finished"]
-    assert set(read_table(tmp_path).engine) == {"Unmodified"}
 
 
 @pytest.mark.slow

@@ -86,9 +86,7 @@ def other_run(name: str, **changes: Any) -> Scene:
 
 
 @pytest.mark.parametrize("name", one_in(5, TAME))
-def test_core_and_effects_have_judging_solutions_at_the_samples_of_a_comparison(
-    name: str,
-) -> None:
+def test_core_and_effects_have_judging_solutions_at_the_samples_of_a_comparison(name: str) -> None:
     found, scene = shipped(name), closely_sampled(load_scene(name))
     seen, n = found.trajectory, len(found.amplification)
     assert found.source is SolutionSource.SHIPPED
@@ -198,7 +196,7 @@ def test_a_comparison_on_a_core_scene_runs_no_solution_and_says_what_judged(tmp_
     assert (series_folder(tmp_path) / "trajectories" / QUICK / "solution.parquet").is_file()
 
 
-def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
+def test_the_reference_judges_where_heyoka_fails_and_why_it_fails_too_is_said(tmp_path: Path) -> None:
     scene = other_run(QUICK, samples=7)
     comparison = Comparison([scene], {}, certify=True)
     store = StudyStore(FILES, tmp_path, comparison.record())
@@ -213,6 +211,9 @@ def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
     assert judging_engine(scene) in {task.call.given[0].engine for task in asked}
     assert (progress.source, progress.solution_failed) == (SolutionSource.REFERENCE, "")
     assert notes == [f"{scene.name}: no certified solution (no steps left); the reference judges"]
+    with pytest.raises(StopIteration):
+        case.send([failure(Outcome.FAILED, "singular") for _ in asked])
+    assert progress.solution_failed == "the judging solution could not be run (singular)"
 
 
 def made_here(scene: Scene) -> ReferenceSolution:

@@ -16,6 +16,12 @@ from tests.support.report_fixture import build
 
 STUDIES = ("ensemble", "cost", "effects", "sweep", "measure", "asked_run")
 HEAVY = ("numpy", "pandas", "scipy", "matplotlib", "pydantic", "exudyn")
+SCRIPT = """
+from barchain import load_scene, simulate
+
+print("once")
+simulate(load_scene("basics/two_bars_free"), "exudyn")
+"""
 
 
 def test_importing_barchain_imports_nothing_heavy() -> None:
@@ -24,31 +30,18 @@ def test_importing_barchain_imports_nothing_heavy() -> None:
     assert done.stdout.strip() == "[]"
 
 
-def test_every_public_name_is_there() -> None:
+def test_every_public_name_is_there_and_another_is_an_attribute_error() -> None:
     assert not [name for name in barchain.__all__ if getattr(barchain, name) is None or name not in dir(barchain)]
-
-
-def test_every_public_name_but_the_version_has_a_module() -> None:
     assert {*barchain.MODULES, "__version__"} == set(barchain.__all__)
-    assert list(barchain.__all__) == sorted(barchain.__all__)
-
-
-def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
+    assert barchain.__version__ == version("barchain")
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         barchain.nonsense  # noqa: B018
 
 
-def test_the_version_is_that_of_the_distribution() -> None:
-    assert barchain.__version__ == version("barchain")
-
-
-def test_scenes_are_named_and_chosen_by_tag() -> None:
+def test_scenes_are_chosen_by_tag_and_engines_say_what_is_missing() -> None:
     assert "paper/fig05" in barchain.scenes()
     assert set(barchain.scenes("basics")) < set(barchain.scenes())
     assert barchain.scenes("no such tag") == []
-
-
-def test_engines_say_what_is_missing() -> None:
     assert barchain.engines()["reference"].missing is None
     assert barchain.engines()["reference"].by_default
 
@@ -58,20 +51,20 @@ def test_a_folder_is_rendered_again(tmp_path: Path) -> None:
     assert tmp_path / "index.html" in barchain.render(str(tmp_path))
 
 
-@pytest.mark.parametrize("name", ["scenes", "engines", "simulate", "compare", "render", *STUDIES])
-def test_public_functions_document_every_parameter_and_result(name: str) -> None:
-    function = getattr(barchain, name)
-    text = inspect.getdoc(function) or ""
-    for parameter in inspect.signature(function).parameters:
-        assert f"\n{parameter} :" in text or f"\n**{parameter} :" in text
-    assert "Returns\n" in text
+def test_public_functions_document_every_parameter_and_result() -> None:
+    for name in ("scenes", "engines", "simulate", "compare", "render", *STUDIES):
+        function = getattr(barchain, name)
+        text = inspect.getdoc(function) or ""
+        for parameter in inspect.signature(function).parameters:
+            assert f"\n{parameter} :" in text or f"\n**{parameter} :" in text, name
+        assert "Returns\n" in text, name
 
 
-@pytest.mark.parametrize("name", [n for n in barchain.__all__ if not n.startswith("_")])
-def test_the_reference_pages_have_every_public_name(name: str) -> None:
+def test_the_reference_pages_have_every_public_name() -> None:
     page = (DOCS / "reference" / "python.md").read_text("utf-8")
     engines = (DOCS / "reference" / "engine_interface.md").read_text("utf-8")
-    assert re.search(rf"auto(?:class|function):: {name}$", page, re.MULTILINE) or f"## `{name}`" in engines
+    shown = {*re.findall(r"auto(?:class|function):: (\w+)$", page, re.MULTILINE), *re.findall(r"## `(\w+)`", engines)}
+    assert {name for name in barchain.__all__ if not name.startswith("_")} <= shown
 
 
 def test_an_ensemble_names_magnitudes_and_a_trajectory_vectors() -> None:
@@ -87,3 +80,11 @@ def test_the_studies_of_cost_and_effects_return_their_tables() -> None:
     assert set(priced.points.engine) == {"reference-fast"}
     budget = barchain.effects("basics/two_bars_free", rtol=1e-5, repeats=1, minutes=0.001, engine="reference-fast")
     assert len(budget.effects) > 1
+
+
+@pytest.mark.slow
+def test_a_script_needs_no_guard_and_runs_once(tmp_path: Path) -> None:
+    """Processes do not import the script that starts them."""
+    (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")
+    done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "once\n"), done.stderr

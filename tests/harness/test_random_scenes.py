@@ -32,7 +32,7 @@ def run(engine: type, scene: Scene):
         raise
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**9))
 def test_the_compiled_reference_keeps_what_it_must_in_any_scene(seed: int) -> None:
     scene = shortened(draw(seed), 0.1)
@@ -40,22 +40,11 @@ def test_the_compiled_reference_keeps_what_it_must_in_any_scene(seed: int) -> No
     assert broken(scene, run(ReferenceFast, scene), RTOL) == ""
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**9))
 def test_the_reference_keeps_what_it_must_in_any_scene(seed: int) -> None:
     scene = shortened(draw(seed), 0.02)
     assert broken(scene, run(Reference, scene), RTOL) == ""
-
-
-def test_a_scene_is_the_same_for_ever() -> None:
-    assert draw(7) == draw(7)
-    assert draw(7).digest != draw(8).digest
-    assert {draw(seed).effects.gravity for seed in range(60)} == set(Gravity)
-
-
-def first(wanted, share: float = 0.05) -> Scene:
-    """First scene that is as wanted."""
-    return shortened(next(s for s in map(draw, range(10_000)) if wanted(s)), share)
 
 
 def energetic(scene: Scene) -> bool:
@@ -75,7 +64,6 @@ def growing(values: np.ndarray) -> np.ndarray:
 
 FAULTY = {
     "velocity": (lambda seen: seen.replace(com_velocity_m_s=growing(seen.com_velocity_m_s)), "energy"),
-    "place": (lambda seen: seen.replace(com_m=growing(seen.com_m)), "energy"),
     "gap": (lambda seen: seen.replace(gap_m=seen.gap_m + 1e-3), "gap"),
     "reactions": (lambda seen: seen.replace(reaction_N=1.0001 * seen.reaction_N), "reactions off"),
     "no number": (lambda seen: seen.replace(reaction_N=seen.reaction_N * np.nan), "not finite"),
@@ -84,15 +72,8 @@ FAULTY = {
 
 @pytest.mark.parametrize(("insert", "word"), FAULTY.values(), ids=FAULTY)
 def test_what_is_not_kept_is_seen(insert, word: str) -> None:
-    scene = first(energetic)
+    scene = shortened(next(drawn for drawn in map(draw, range(10_000)) if energetic(drawn)), 0.05)
     assert word in broken(scene, insert(run(Reference, scene)), RTOL)
-
-
-def test_a_bar_off_its_law_is_seen() -> None:
-    scene = first(lambda s: any(p.frame == "inertial" for p in s.effects.prescribed_rotation) and s.bars > 1, 0.01)
-    seen = run(Reference, scene)
-    off = np.linspace(0.0, 1e-4, len(seen.t_s))[:, None]
-    assert "off its law" in broken(scene, seen.replace(angle_rad=seen.angle_rad + off), RTOL)
 
 
 @pytest.mark.exhaustive  # its set of effects takes a minute to compile

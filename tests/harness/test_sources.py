@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import pytest
@@ -87,5 +88,9 @@ def test_a_digest_is_of_a_whole_package_and_imports_none_of_it(tmp_path: Path, m
     assert digest_of("somebodys") == seen[-1]
 
 
-def test_a_digest_of_what_is_not_there_is_that_of_nothing() -> None:
+def test_a_digest_of_what_is_not_there_is_that_of_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "__main__", ModuleType("__main__"))  # as where somebody types
     assert digest_of("nobodys_package") == digest_of("__main__") == digest_of()
+    (tmp_path / "one_file.py").write_text("a = 1\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert digest_of("one_file") != digest_of()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 
 import barchain
 from barchain.studies.comparison.run import ComparisonResult
@@ -19,48 +20,35 @@ def trajectory(**more: object) -> barchain.Trajectory:
     return barchain.Trajectory(np.linspace(0.0, 5668.0, n), **(arrays | more))
 
 
-def test_a_trajectory_tells_run_size_and_span() -> None:
-    named = trajectory(scene="paper/fig05", engine="exudyn", setting="steps_per_orbit=2000")
-    assert repr(named) == (
-        "<Trajectory of paper/fig05 in exudyn, steps_per_orbit=2000: 5 bars, 501 samples from 0 to 5668 s>"
-    )
+NAMED = trajectory(scene="paper/fig05", engine="exudyn", setting="steps_per_orbit=2000")
+LANDED = trajectory(angle_rad=None, ended="a bar reached the surface").samples(slice(0, 1))
+OUTCOMES = {
+    ("a", "exudyn"): Outcome.PASS,
+    ("b", "rebound"): Outcome.UNSUPPORTED,
+    (ALL_SCENES, "exudyn"): Outcome.PASS,
+}
 
 
-def test_a_trajectory_leaves_out_unknown_things() -> None:
-    assert repr(trajectory(angle_rad=None)) == "<Trajectory: 501 samples from 0 to 5668 s>"
-    assert repr(trajectory().samples(slice(0, 0))) == "<Trajectory: 5 bars, 0 samples>"
-
-
-def test_a_trajectory_that_ended_early_says_so() -> None:
-    landed = trajectory(ended="a bar reached the surface").samples(slice(0, 1))
-    assert repr(landed) == "<Trajectory: 5 bars, 1 sample from 0 to 0 s, ended early>"
-
-
-def test_a_scene_tells_size_duration_and_effects() -> None:
-    assert repr(barchain.load_scene("paper/fig05")) == (
-        "<Scene paper/fig05: 5 bars, 27460.6 s (5 orbits), 501 samples; gravity gradient>"
-    )
+@pytest.mark.parametrize(
+    ("shown", "text"),
+    [
+        (NAMED, "<Trajectory of paper/fig05 in exudyn, steps_per_orbit=2000: 5 bars, 501 samples from 0 to 5668 s>"),
+        (LANDED, "<Trajectory: 1 sample from 0 to 0 s, ended early>"),
+        (trajectory().samples(slice(0, 0)), "<Trajectory: 5 bars, 0 samples>"),
+        (
+            ComparisonResult(pd.DataFrame(), OUTCOMES),
+            "<ComparisonResult of 2 scenes, 2 engines: passed; 1 pass, 1 unsupported>",
+        ),
+    ],
+)
+def test_the_text_tells_what_was_run_its_size_and_its_end(shown: object, text: str) -> None:
+    assert repr(shown) == text
 
 
 def test_no_shipped_scene_has_a_longer_text() -> None:
     for name in barchain.scenes():
-        text = repr(barchain.load_scene(name))
+        scene = barchain.load_scene(name)
+        text = repr(scene)
+        assert text.startswith(f"<Scene {name}: {scene.bars} bar")
         assert "\n" not in text
         assert len(text) <= LONGEST, text
-
-
-def test_a_comparison_tells_size_verdict_and_outcomes() -> None:
-    outcomes = {
-        ("a", "exudyn"): Outcome.PASS,
-        ("b", "exudyn"): Outcome.PASS,
-        ("b", "rebound"): Outcome.UNSUPPORTED,
-        (ALL_SCENES, "exudyn"): Outcome.PASS,
-    }
-    result = ComparisonResult(pd.DataFrame(), outcomes)
-    assert repr(result) == "<ComparisonResult of 2 scenes, 2 engines: passed; 2 pass, 1 unsupported>"
-
-
-def test_a_comparison_of_nothing_says_so() -> None:
-    assert repr(ComparisonResult(pd.DataFrame(), {})) == (
-        "<ComparisonResult of 0 scenes, 0 engines: not passed; nothing compared>"
-    )

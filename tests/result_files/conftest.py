@@ -2,11 +2,12 @@
 
 import pytest
 
-from barchain import load_scene, simulate
+from barchain import load_scene
 from barchain.judge.diagnosis.diagnose import Diagnosis
 from barchain.judge.written import Declared
 from barchain.result_files import accuracy, verdict
 from barchain.result_files.judging import judge_files
+from tests.result_files.examples import frame_of
 
 FREE = "basics/two_bars_free"
 NOTHING = Declared()
@@ -25,19 +26,18 @@ def scene_of(tmp_path):
 
 @pytest.fixture(scope="module")
 def right():
-    found = simulate(FREE, "reference", rtol=1e-10).to_frame()
-    return found.drop(columns=[name for name in found if name.startswith(("gap", "com_residual", "position"))])
+    return frame_of(FREE, rtol=1e-10)
 
 
 @pytest.fixture
 def judged(tmp_path):
-    """Function that writes one or two tables, and judges them."""
+    """Function that writes one or two tables with the options of pandas, and judges the files."""
 
-    def made(frame, declared=NOTHING, finer=None, scene=FREE, **how):
+    def made(frame, declared=NOTHING, finer=None, scene=FREE, mapping=None, digits=None, **how):
         paths = [tmp_path / "run.csv"] + [tmp_path / "finer.csv"] * (finer is not None)
         for path, each in zip(paths, (frame, finer), strict=False):
             each.to_csv(path, index=False, **how)
-        return judge_files(scene, *paths, declared=declared, time_limit_s=60.0)
+        return judge_files(scene, *paths, declared=declared, mapping=mapping, digits=digits, time_limit_s=60.0)
 
     return made
 

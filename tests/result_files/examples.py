@@ -1,6 +1,8 @@
-"""Scenes as text and a way to diverge, for files that are judged."""
+"""Scenes as text, runs as tables and a way to diverge, for files that are judged."""
 
 import numpy as np
+
+from barchain import simulate
 
 TRACK = """
 title = "A particle that falls around the Earth"
@@ -72,6 +74,12 @@ shadow = false
 duration_s = 86400.0
 samples = 97
 """
+
+
+def frame_of(scene, engine="reference", **setting):
+    """Table of a run, without what follows from its other columns."""
+    found = simulate(scene, engine, **setting).to_frame()
+    return found.drop(columns=[name for name in found if name.startswith(("gap", "com_residual", "position"))])
 
 
 def diverged(frame, kind, growth):

@@ -55,7 +55,7 @@ def test_a_right_file_of_a_scene_of_early_limits_passes_from_its_own_states_and_
 @pytest.mark.slow
 def test_numbers_that_were_rounded_before_they_were_written_in_full_are_told_as_that(right, judged):
     """6728000.0 has eight digits, of which six count; reversed reactions are wrong all the same."""
-    rounded = right.iloc[:21].map(lambda value: float(f"{value:.6g}"))
+    rounded = right.iloc[:21:2].map(lambda value: float(f"{value:.6g}"))
     found = judged(rounded)
     assert not found.passed
     assert not found.mistakes
@@ -64,12 +64,12 @@ def test_numbers_that_were_rounded_before_they_were_written_in_full_are_told_as_
     assert "--digits" not in " ".join(judged(rounded.assign(**reversed_ones)).advice)
 
 
-def test_a_right_file_that_declares_nothing_passes_at_the_accuracy_that_it_has(right, judged, verdict_alone):
+def test_a_right_file_passes_at_the_accuracy_that_it_has_and_is_told_it(right, judged, verdict_alone):
     found = judged(right)
     assert found.passed
     assert found.advice[0].startswith("agrees at rtol=1e-")
-    wrong = right.assign(**{name: -right[name] for name in right if name.startswith("reaction")})
-    assert "opposite sign" in judged(wrong).mistakes
+    notes = verdict_alone(right, Declared(rtol=1e-7)).notes
+    assert any("requested: rtol=1e-07; reached: rtol=1e-1" in note for note in notes)
     assert not verdict_alone(diverged(right, "angle", 1e-5)).passed
 
 
@@ -111,11 +111,6 @@ def test_a_stated_error_bar_is_what_a_file_is_judged_by_however_wide(right, verd
     assert verdict_alone(off, Declared(noise={"attitude": 6e-5})).passed
     assert not verdict_alone(off, Declared(noise={"attitude": 1e-6})).passed
     assert not verdict_alone(off, Declared(rtol=1e-9)).passed
-
-
-def test_the_accuracy_that_was_reached_stands_beside_the_requested_one(right, judged):
-    notes = judged(right, Declared(rtol=1e-7)).notes
-    assert any("requested: rtol=1e-07; reached: rtol=1e-1" in note for note in notes)
 
 
 def test_damped_joints_decay_as_the_closed_form_of_two_bars_says(scene_of):

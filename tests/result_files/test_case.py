@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -29,19 +30,30 @@ BASILISK = built_in()["basilisk"]
 @pytest.fixture(scope="module")
 def cases(tmp_path_factory):
     out = tmp_path_factory.mktemp("cases")
-    found = CliRunner().invoke(cli, ["export", *SCENES, "effects/drag", "--out", str(out), "--mjcf"])
+    found = CliRunner().invoke(cli, ["export", *SCENES, "effects/drag", "--out", str(out), "--mjcf", "--rtol", "1e-6"])
     assert found.exit_code == 0, found.output
     return out
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scene", exhaustive_but(SCENES, SCENES[:1]))
-def test_a_program_that_only_reads_the_folder_passes(cases, tmp_path, scene):
-    table = tmp_path / "run.csv"
-    subprocess.run([sys.executable, str(STRANGER), str(cases / scene), str(table), "1e-10"], check=True, cwd=tmp_path)
-    found = judge_files(scene, table, declared=Declared(rtol=1e-10), time_limit_s=60.0)
+def test_a_stranger_solves_a_case_and_judge_and_the_test_in_its_readme_pass_the_table_and_fail_a_wrong_one(
+    cases, tmp_path, scene
+):
+    folder = shutil.copytree(cases / scene, tmp_path / "case")
+
+    def python(*words):
+        line = [sys.executable, "-I", *words]
+        return subprocess.run(line, cwd=folder, text=True, capture_output=True, check=False).stderr
+
+    assert not python(str(STRANGER), ".", "run.csv", "1e-10")
+    found = judge_files(scene, folder / "run.csv", declared=Declared(rtol=1e-10), time_limit_s=60.0)
     assert found.passed, found.reasons
     assert {quantity for quantity, *_ in found.sizes} == {"com", "com_velocity", "attitude", "rate", "reaction"}
+    (code,) = re.findall(r"```python\n(.*?)```", (folder / "README.md").read_text(), re.DOTALL)
+    assert not python("-c", code)
+    run = pd.read_csv(folder / "run.csv")
+    run.assign(angle_2_rad=run.angle_2_rad + 0.1).to_csv(folder / "run.csv", index=False)
+    assert "AssertionError" in python("-c", code)
 
 
 def test_the_samples_of_a_case_pass_by_their_digits_alone(cases):

@@ -87,9 +87,10 @@ def test_the_samples_of_a_case_stay_inside_every_tube(case: Path, browser: Brows
 
 @in_browser
 def test_an_error_is_shown_with_its_size_and_from_where_it_leaves_the_tube(case: Path, browser: Browser) -> None:
+    """The first departure is the earliest in any order of rows."""
     table = pd.read_csv(case / "samples.csv", usecols=["t_s", "angle_1_rad", "angle_2_rad"])
     table.loc[150:, "angle_2_rad"] += 1e-4
-    tab = opened(browser, case, table.to_csv(index=False, sep=";"))
+    tab = opened(browser, case, table[::-1].to_csv(index=False, sep=";"))
     assert "Inside" in tab.inner_text("#verdict")
     tab.select_option("#rtol", label="1e-9")
     when = f"{table.t_s[150]:.6g} s"
@@ -108,7 +109,6 @@ def test_an_error_is_shown_with_its_size_and_from_where_it_leaves_the_tube(case:
         ("t_s,phi\n0,0\n", "No column is named as"),
         ("t_s,angle_1_rad\n0.5,0\n", "No row is at an instant"),
         ("t_s;angle_1_rad\n0,0;0,5\n", "Row 1: t_s is no number, but “0,0”. Write numbers with a decimal point."),
-        ("t_s,angle_1_rad\n0,0,0,5\n", "Row 1 has 4 cells for 2 names. Write numbers with a decimal point."),
     ],
 )
 def test_a_table_that_can_not_be_compared_is_told_why(case: Path, browser: Browser, table: str, said: str) -> None:
@@ -116,7 +116,7 @@ def test_a_table_that_can_not_be_compared_is_told_why(case: Path, browser: Brows
 
 
 @in_browser
-@pytest.mark.parametrize("cell", [",nan", ",inf", ",1.2d0", ",", ""])
+@pytest.mark.parametrize("cell", [",nan", ",1.2d0", ""])
 def test_a_value_that_is_no_number_leaves_the_tube(case: Path, browser: Browser, cell: str) -> None:
     start = float(pd.read_csv(case / "samples.csv").angle_1_rad[0])
     tab = opened(browser, case, f"t_s,angle_1_rad,angle_2_rad\n0,{start!r}{cell}\n")
@@ -132,14 +132,6 @@ def test_a_run_that_blew_up_is_outside_from_its_first_empty_cells(case: Path, br
     assert tab.inner_text("#verdict") == "Outside the tube of 1e-6: Attitude from 510 s (no number)."
     assert departures(tab) == ["✓ none", "✗ 510 s (no number), angle_1_rad"]
     assert "angle_1_rad, angle_2_rad: no number in 150 rows, the first at 510 s: empty." in tab.inner_text("#notes")
-
-
-@in_browser
-def test_the_first_departure_is_the_earliest_in_any_order_of_rows(case: Path, browser: Browser) -> None:
-    table = pd.read_csv(case / "samples.csv", usecols=["t_s", "angle_1_rad", "angle_2_rad"])
-    table.loc[150:, "angle_2_rad"] += 1
-    tab = opened(browser, case, table[::-1].to_csv(index=False))
-    assert departures(tab) == [f"✗ {table.t_s[150]:.6g} s, angle_2_rad"]
 
 
 @in_browser
@@ -159,9 +151,3 @@ def test_a_channel_without_a_tube_at_any_row_is_not_inside_it(case: Path, browse
     tab.select_option("#rtol", label="1e-9")
     assert tab.inner_text("#verdict").startswith("Inside the tube of 1e-9 up to 0 s in CM track;")
     assert departures(tab) == ["✓ none", "not compared"]
-
-
-@in_browser
-def test_maxima_at_other_instants_have_heads_that_say_so(case: Path, browser: Browser) -> None:
-    heads = opened(browser, case, (case / "samples.csv").read_text()).locator("thead th").all_inner_texts()
-    assert heads[2:] == ["Largest difference", "Most, of the tube", "Most, of the error bar"]

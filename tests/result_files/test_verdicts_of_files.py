@@ -20,52 +20,55 @@ from barchain.solutions.certified_file import shipped_solution
 from barchain.solutions.reference import closely_sampled
 from reports.results.outcome import Outcome
 from scenarios.scene import Run
-from tests.result_files.examples import DRAG, HINGED, TRACK, diverged
+from tests.result_files.examples import DRAG, HINGED, TRACK, diverged, frame_of
 
 FREE = "basics/two_bars_free"
-THREE = "conform/three_bars_gradient"
 NOTHING = Declared()
+STATES = "^(t_s|com_[xyv]|angle|rate)"
+"""Columns of the states"""
 
 
-@pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x", "com_vy"])
-def test_a_diverged_quantity_has_no_error_bar_of_its_own_size(right, verdict_alone, kind):
+@pytest.mark.parametrize("kind", ["angle", "reaction", "com_x"])
+def test_a_diverged_quantity_has_no_error_bar_of_its_own_size_nor_of_another_such_file(right, verdict_alone, kind):
     wrong = diverged(right, kind, 0.6)
     assert not verdict_alone(wrong, Declared(rtol=1e-9)).passed
     one = right.copy()
     column = next(name for name in right if name.startswith(kind))
     one.loc[150, column] = 1e19
     assert not verdict_alone(one[["t_s", column]], Declared(rtol=1e-9)).passed
+    for order in None, 2.0:
+        assert not verdict_alone(wrong, Declared(order=order), diverged(right, kind, 0.55)).passed
 
 
-@pytest.mark.parametrize("declared", [NOTHING, pytest.param(Declared(rtol=1e-9), marks=pytest.mark.exhaustive)])
-def test_a_file_that_diverges_at_its_end_agrees_at_no_request_and_is_told_from_when(judged, declared):
-    scene = "conform/three_bars_gradient"
-    frame = simulate(scene, "reference-absolute", rtol=1e-10).to_frame()
-    frame = frame[[name for name in frame if not name.startswith(("gap", "com_residual", "position"))]]
-    moving = [name for name in frame if name.startswith(("angle", "rate", "reaction"))]
-    wrong = frame.astype(float)
-    wrong.loc[len(frame) - 5 :, moving] *= 1e8
-    found = judged(wrong, declared, scene=scene)
-    assert not found.passed
-    assert not any("agrees at" in sentence for sentence in found.advice)
-    assert f"departs at t = {frame.t_s.iloc[-5]:.4g} s" in found.mistakes
+@pytest.mark.parametrize(
+    ("change", "declared", "said"),
+    [
+        (lambda f: f.assign(angle_1_rad=f.angle_1_rad + 1e-3 * (f.index == 150)).iloc[::5], Declared(rtol=1e-9),
+         "One sample is off: angles 0.001 rad of .*at t = 1500 s alone"),
+        (lambda f: f.assign(com_x_m=f.com_x_m + 3.0), NOTHING, "start|initial|off"),
+        (lambda f: f.assign(angle_1_rad=f.angle_1_rad + 1e-2 * np.cos(f.t_s / 70.0)).iloc[::4], Declared(rtol=1e-9),
+         "at t = 0 the attitude is 0.01 rad off the scene's start"),
+        (lambda f: f.assign(angle_1_rad=f.angle_1_rad * 1e8 ** (f.t_s > 1800.0)).iloc[::4], NOTHING,
+         "departs at t = 1840 s"),
+        (lambda f: f.assign(reaction_1_x_N=-f.reaction_1_y_N, reaction_1_y_N=0.0).drop(columns="com_x_m").iloc[::25],
+         Declared(rtol=1e-9), ""),
+    ],
+    ids=["one cell", "another start", "start of a swing", "diverged at its end", "and a part of the track lacks"],
+)  # fmt: skip
+def test_a_wrong_file_agrees_at_no_request_and_what_is_wrong_is_told(right, judged, change, declared, said):
+    found = judged(change(right), declared)
+    assert found.outcome is Outcome.INCONSISTENT
+    assert not any(sentence.startswith("agrees at") for sentence in found.advice)
+    assert re.search(said, " ".join([found.mistakes, *found.advice]), re.DOTALL)
 
 
-def test_a_mistake_is_not_told_of_columns_that_the_file_lacks(right, judged):
-    angles = [name for name in right if name.startswith("angle")]
-    frame = right[["t_s", *angles]].assign(**{name: np.degrees(right[name]) for name in angles})
-    found = judged(frame).mistakes
-    assert "Your angles are in degrees" in found
-    assert "rates" not in found
-
-
-def test_one_wrong_cell_is_told_by_its_instant(right, judged):
-    wrong = right.iloc[::5].copy()
-    wrong.loc[150, "angle_1_rad"] += 1e-3
-    found = judged(wrong, Declared(rtol=1e-9))
-    assert not found.passed
-    assert "One sample is off: angles 0.001 rad of" in found.mistakes
-    assert f"at t = {right.t_s[150]:.4g} s alone" in found.mistakes
+def test_a_mistake_is_named_in_a_single_column_and_not_of_columns_that_the_file_lacks(right, judged):
+    one = right[["t_s", "angle_1_rad"]]
+    assert judged(one).passed
+    found = judged(one.assign(angle_1_rad=np.degrees(one.angle_1_rad)), Declared(rtol=1e-9))
+    assert found.advice == []
+    assert "Your angles are in degrees" in found.mistakes
+    assert "rates" not in found.mistakes
 
 
 def test_two_files_whose_invariants_drift_alike_by_chance_pass_as_their_states_do(verdict_alone):
@@ -85,27 +88,12 @@ def test_what_is_right_in_a_wrong_file_is_not_told_as_wrong(right, verdict_alone
     assert not any(reason.startswith(("rate", "reaction")) for reason in found.reasons)
 
 
-@pytest.mark.slow
-def test_another_start_of_a_file_that_fails_is_told(right, judged, verdict_alone):
-    wrong = right.assign(angle_1_rad=right.angle_1_rad + 1e-2 * np.cos(right.t_s / 70.0))
-    for found in judged(wrong, Declared(rtol=1e-9)), verdict_alone(wrong):
-        assert not found.passed
-        assert "at t = 0 the attitude is 0.01 rad off the scene's start" in found.advice
-
-
 def test_no_start_is_tried_whose_run_would_not_end():
     scene = load_scene(FREE)
     amounts = np.zeros(4 + 2 * scene.bars)
     assert moved_start(scene, True, amounts, np.array([0.0, 10.0])) is not None
     amounts[-1] = 1e9
     assert moved_start(scene, True, amounts, np.array([0.0, 10.0])) is None
-
-
-@pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x"])
-def test_two_diverged_files_are_no_estimate_of_each_others_error(right, verdict_alone, kind):
-    for order in None, 2.0:
-        found = verdict_alone(diverged(right, kind, 0.6), Declared(order=order), diverged(right, kind, 0.55))
-        assert not found.passed
 
 
 def test_a_quantity_that_is_there_and_says_nothing_is_no_pass(right, verdict_alone):
@@ -121,12 +109,9 @@ def test_the_error_bar_at_other_times_contains_keplers_track(scene_of):
     scene = scene_of(TRACK)
     t = np.append(0.0, np.sort(np.random.default_rng(7).uniform(0.0, 29_000.0, 40)))
     found = solution_at(judging_solution(closely_sampled(scene), 60.0), t)
-    start = found.trajectory.com_m[0], found.trajectory.com_velocity_m_s[0]
-    place, velocity = propagate(scene.central_body.mu_m3_s2, *start, t)
-    for name, seen, kepler in (
-        ("com", found.trajectory.com_m, place),
-        ("com_velocity", found.trajectory.com_velocity_m_s, velocity),
-    ):
+    track = (found.trajectory.com_m, found.trajectory.com_velocity_m_s)
+    kepler_track = propagate(scene.central_body.mu_m3_s2, *(each[0] for each in track), t)
+    for name, seen, kepler in zip(("com", "com_velocity"), track, kepler_track, strict=True):
         rounding = 1e3 * np.finfo(float).eps * np.linalg.norm(kepler, axis=1)  # of Kepler's equation after five orbits
         assert np.all(np.linalg.norm(seen - kepler, axis=1) <= found.error[name] + rounding)
     assert found.error["com"].max() < 1e-4, "and is far below a metre"
@@ -147,7 +132,7 @@ def test_instants_that_are_late_are_named_with_and_without_the_row_of_the_start(
     scene = load_scene("conform/three_bars_gradient")
     motion = solution_at(shipped_solution(scene), np.arange(0.0, 1185.1, 15.0) + 2.5 * (np.arange(80) > first_row - 1))
     frame = motion.trajectory.to_frame().assign(t_s=np.arange(80) * 15.0)
-    found = judged(frame.filter(regex="t_s|com_|angle|rate"), scene="conform/three_bars_gradient")
+    found = judged(frame.filter(regex=STATES), scene=scene)
     assert not found.passed
     assert "2.5 s early" in found.mistakes
     assert ("after the first row" in found.mistakes) is first_row
@@ -165,7 +150,7 @@ def test_two_mistakes_in_few_rows_of_one_column_get_no_wrong_name(judged, scene_
     assert any("at t = 0 the rate is" in said for said in found.advice)
 
 
-@pytest.mark.parametrize("how", ["zero", "frozen", "garbage", "a step"])
+@pytest.mark.parametrize("how", ["frozen", "garbage", "a step"])
 def test_a_tail_beyond_the_limit_that_no_error_grows_into_fails(verdict_alone, how):
     """Of a chaotic scene: a file agrees as less accurate ones do until there, and the solution is known for longer."""
     scene = load_scene("paper/fig05")
@@ -175,7 +160,6 @@ def test_a_tail_beyond_the_limit_that_no_error_grows_into_fails(verdict_alone, h
     tail, angles = frame.t_s > 0.3 * scene.run.duration_s, frame.columns[1:]
     right = frame.loc[tail, angles].to_numpy()
     wrong.loc[tail, angles] = {
-        "zero": np.zeros_like(right),
         "frozen": np.broadcast_to(right[0], right.shape),
         "garbage": 1e6 * np.sin(np.arange(len(right)))[:, None] + np.zeros_like(right),
         "a step": right + 1.0,
@@ -185,10 +169,10 @@ def test_a_tail_beyond_the_limit_that_no_error_grows_into_fails(verdict_alone, h
     assert any("far faster than errors grow" in reason for reason in found.reasons)
 
 
-@pytest.mark.parametrize("columns", [["com_x_m", "com_y_m"], ["com_x_m", "com_y_m", "com_vx_m_s", "com_vy_m_s"]])
-def test_a_track_that_moves_at_once_fails_though_parted_attitudes_could_move_it_as_far(verdict_alone, columns):
+@pytest.mark.parametrize("kinds", ["com_._m", "com_"])
+def test_a_track_that_moves_at_once_fails_though_parted_attitudes_could_move_it_as_far(verdict_alone, kinds):
     scene = load_scene("paper/fig05")
-    frame = to_frame(shipped_solution(scene).trajectory)[["t_s", *columns]].iloc[::5]
+    frame = to_frame(shipped_solution(scene).trajectory).filter(regex=f"^(t_s|{kinds})").iloc[::5]
     assert verdict_alone(frame, Declared(rtol=1e-10), scene=scene).passed
     frame.loc[frame.t_s > 0.9 * scene.run.duration_s, "com_x_m"] += 5.0
     found = verdict_alone(frame, Declared(rtol=1e-10), scene=scene)
@@ -196,7 +180,7 @@ def test_a_track_that_moves_at_once_fails_though_parted_attitudes_could_move_it_
     assert any("the track leaves the solution by 5 m" in reason for reason in found.reasons)
 
 
-@pytest.mark.parametrize("digits", [5, 6, 9])
+@pytest.mark.parametrize("digits", [5, 9])
 def test_a_right_track_whose_numbers_gain_a_place_does_not_move_at_once(judged, digits):
     """Where a coordinate passes a power of ten, the rows on its two sides are rounded to units ten times apart."""
     scene = load_scene("paper/fig13")
@@ -214,15 +198,13 @@ def test_a_track_that_scatters_within_its_stated_error_bar_does_not_move_at_once
     assert judged(frame, Declared(noise={"com": 5.0}), scene=scene).passed
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_right_file_at_uneven_instants_passes(judged, seed):
     """The balance of energy and momentum is a quadrature over the rows: one can't tell more than they do."""
     scene = load_scene("effects/mid_orbit")
     times = np.sort(np.random.default_rng(seed).uniform(0.0, scene.run.duration_s, 60))
     motion = solution_at(shipped_solution(scene), np.append(0.0, times)).trajectory
-    frame = to_frame(motion)
-    frame = frame.drop(columns=[name for name in frame if name.startswith(("gap", "com_residual", "position"))])
-    found = judged(frame, Declared(rtol=1e-10), scene="effects/mid_orbit")
+    found = judged(to_frame(motion).filter(regex=STATES), Declared(rtol=1e-10), scene=scene)
     assert found.passed, found.reasons
 
 
@@ -244,22 +226,8 @@ def test_a_file_of_fewer_bars_than_a_scene_without_a_solution_is_refused_before_
         judged(right, scene=scene)
 
 
-def test_a_file_of_another_start_does_not_pass_however_small_the_difference_is(right, judged):
-    found = judged(right.assign(com_x_m=right.com_x_m + 3.0))
-    assert not found.passed
-    said = found.mistakes + " ".join(found.advice)
-    assert "start" in said or "initial" in said or "off" in said
-
-
-def test_a_wrong_file_without_a_part_of_its_track_gets_a_verdict(right, judged):
-    wrong = right.assign(reaction_1_x_N=-right.reaction_1_y_N, reaction_1_y_N=0.0).iloc[::25]
-    assert judged(wrong.drop(columns="com_x_m"), Declared(rtol=1e-9)).outcome is Outcome.INCONSISTENT
-
-
 def test_bars_that_start_at_rest_have_no_factor_of_their_rates(judged):
-    scene = load_scene("paper/fig13")
-    frame = simulate(scene, "reference", rtol=1e-9).to_frame().iloc[:21]
-    few = frame[["t_s", *(n for n in frame if n.startswith(("com_", "angle", "rate")) and n != "com_residual_m")]]
+    few = frame_of("paper/fig13", rtol=1e-9).filter(regex=STATES).iloc[:21:4]
     rates = {name: few[name] + 1e-4 for name in few if name.startswith("rate")}
     assert not judged(few.assign(**rates), scene="paper/fig13").passed
 
@@ -277,21 +245,18 @@ def test_states_belong_to_the_written_instants_however_near_these_are_to_samples
     """A track at 7.7 km/s moves 8 mm in a microsecond, 1e5 times the error of a run at rtol=1e-12."""
     solution = shipped_solution(closely_sampled(load_scene(FREE)))
     own = np.arange(10.0, 1990.0, 40.0)
-    moved = to_frame(solution_at(solution, own + moved_s).trajectory).filter(regex="^(t_s|com_[xv]|com_y|angle|rate)")
+    moved = to_frame(solution_at(solution, own + moved_s).trajectory).filter(regex=STATES)
     assert judged(moved, Declared(rtol=1e-12)).passed
     found = judged(moved.assign(t_s=own), Declared(rtol=1e-12))
     assert not found.passed
     assert "1e-06 s early" in found.mistakes if moved_s > 0.0 else "1e-06 s late" in found.mistakes
 
 
-@pytest.mark.parametrize(
-    ("late_s", "declared"),
-    [(1e-3, NOTHING), pytest.param(0.1, NOTHING, marks=pytest.mark.exhaustive), (10.0, Declared(rtol=1e-9))],
-)
-def test_a_late_clock_is_told_where_the_first_row_shows_the_start(judged, late_s, declared):
+@pytest.mark.parametrize("late_s", [1e-3, 10.0])
+def test_a_late_clock_is_told_where_the_first_row_shows_the_start(judged, late_s):
     motion = shipped_solution(closely_sampled(load_scene(FREE))).trajectory
-    frame = to_frame(motion).filter(regex="^(t_s|com_[xv]|com_y|angle|rate)").iloc[:-60:2]
-    found = judged(frame.assign(t_s=frame.t_s + late_s), declared)
+    frame = to_frame(motion).filter(regex=STATES).iloc[:-60:4]
+    found = judged(frame.assign(t_s=frame.t_s + late_s))
     assert not found.passed
     told = re.match(r"Your instants are (\S+) s late", found.mistakes)
     assert told, found.mistakes

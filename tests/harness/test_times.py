@@ -1,8 +1,11 @@
-"""Compiling: it has a time limit of its own."""
+"""Times of runs: limits, with one of its own for compiling; without the wait for a processor, and with any other."""
 
 from __future__ import annotations
 
 import dataclasses
+import os
+import subprocess
+import sys
 import time
 from typing import TYPE_CHECKING
 
@@ -13,9 +16,9 @@ from adapters.registry import ENGINES
 from barchain.api import compare
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import COMPILE_S, Job, Role, RunResult, TimeLimit, failure
+from barchain.runs.phases import Stopwatch, queue_time_s, timed
 from barchain.runs.tasks import run_jobs
 from barchain.solutions.judging import judging_engine, solution_jobs
-from barchain.studies.comparison.suite import beforehand
 from reports.render import render
 from reports.results.outcome import Outcome
 from scenarios import load_scene
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SCENE = load_scene("effects/drag")
+WORK = "while True: pass"
 
 
 def job(engine: str, scene: str = "effects/drag") -> Job:
@@ -59,14 +63,6 @@ def test_simulate_of_an_engine_that_compiles_is_ended_at_its_limit_and_not_after
     assert time.monotonic() - start < COMPILE_S
 
 
-def test_a_comparison_says_what_goes_on_before_its_first_verdict() -> None:
-    jobs = solution_jobs(SCENE, "reference")
-    assert beforehand(jobs) == ["solution that judges a scene first: 4 runs"]
-    two = [*jobs, *solution_jobs(load_scene("effects/thrust"), "reference")]
-    assert beforehand(two) == ["solution that judges 2 scenes first: 8 runs"]
-    assert beforehand([]) == []
-
-
 def test_the_reference_solution_is_made_by_the_compiled_form_where_it_is_installed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -88,7 +84,47 @@ def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, mo
         record = read_record(tmp_path)
         assert record["scenes"][scene.name]["solution_engine"] == form
         assert {r["engine"] for r in record["runs"] if r["role"] == "solution"} == {form}
-        assert (
-            f"- Judged by: reference solution, run for this comparison ({form}, rtol=1e-"
-            in render(tmp_path)[1].read_text()
-        )
+        assert f"run for this comparison ({form}, rtol=1e-" in render(tmp_path)[1].read_text()
+
+
+def work() -> None:
+    """Some 50 ms of arithmetic."""
+    sum(k * k % 7 for k in range(500_000))
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system can't pin a process")
+def test_a_run_beside_others_on_its_processor_takes_the_time_that_it_used() -> None:
+    allowed = os.sched_getaffinity(0)
+    core = {min(allowed)}
+    os.sched_setaffinity(0, core)
+    others = [subprocess.Popen([sys.executable, "-c", WORK]) for _ in range(2)]  # they inherit the core
+    try:
+        time.sleep(0.2)
+        used, wall, clock = time.process_time(), time.perf_counter(), Stopwatch()
+        for _ in range(4):
+            work()
+        seconds = clock.seconds()
+        used, wall = time.process_time() - used, time.perf_counter() - wall
+    finally:
+        os.sched_setaffinity(0, allowed)
+        for other in others:
+            other.kill()
+            other.wait()
+    assert used <= wall
+    assert seconds == pytest.approx(used, rel=0.2)
+    if queue_time_s() > 0.0:  # the system tells the wait, and there was one
+        assert seconds < 0.7 * wall
+
+
+def test_a_wait_for_something_else_than_a_processor_counts() -> None:
+    clock = Stopwatch()
+    time.sleep(0.2)
+    assert clock.seconds() >= 0.15
+
+
+def test_a_failing_call_names_its_phase_and_has_no_time() -> None:
+    seconds: dict[str, float] = {}
+    with pytest.raises(ZeroDivisionError) as error:
+        timed(seconds, "simulate", lambda: 1 / 0)
+    assert error.value.__notes__ == ["simulate"]
+    assert seconds == {}
