@@ -115,7 +115,6 @@ def test_many_engines_are_drawn_family_by_family() -> None:
     alone = chart(*data.curves[:-1], data.curves[-1]._replace(dashed=True))
     assert [p.title for p in by_family(alone)][-1] == "Single integrators on barchain's equations"
     whole = overview(data)
-    assert whole is not None
     assert [e.label for e in whole.legend] == ["exudyn", "scipy", "cvode", "mujoco", "rebound"]
 
 

@@ -52,5 +52,4 @@ def test_every_template_of_a_whole_page_has_the_policy() -> None:
 
 def source(name: str) -> str:
     loader = templates().loader
-    assert loader is not None
     return loader.get_source(templates(), name)[0]

@@ -117,7 +117,6 @@ def test_engines_of_unknown_kind_stand_in_one_group(summary: Summary) -> None:
 
 def test_the_overview_has_one_line_for_each_engine_and_one_mark_for_each_normalised_error(summary: Summary) -> None:
     panel = agreement_panel(summary, engine_groups(summary))
-    assert panel is not None
     drawn = str(panel.svg)
     assert [drawn.count(f">{engine}</text>") for engine in ENGINES] == [1] * len(ENGINES)
     errors = [c for c in summary.all if c.worst_ratio]

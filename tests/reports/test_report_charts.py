@@ -74,7 +74,6 @@ def test_ticks_are_round_lie_inside_and_have_different_words(ends: tuple[float, 
 def test_a_log_panel_says_what_it_leaves_out() -> None:
     y = np.array([0.0, 1e-3, 0.0, 1e-2, 1e-30, 1.0])
     panel = log_panel(ChartFrame("t", "x", "y", (0.0, 5.0), [Line(np.arange(6.0), y, engine_pen(0))]))
-    assert panel is not None
     assert "exactly zero, left out: 1." in panel.note
     assert "on the lower edge: 1." in panel.note
 

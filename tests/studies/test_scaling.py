@@ -82,7 +82,6 @@ def test_growth_is_foreseen_by_the_last_points() -> None:
 def test_an_exact_power_is_fitted_exactly() -> None:
     bars = np.array([20.0, 50.0, 100.0, 500.0])
     found = exponent(bars, 3e-9 * bars**1.5)
-    assert found is not None
     assert (found.value, found.low, found.high) == pytest.approx((1.5, 1.5, 1.5), abs=1e-9)
     assert exponent(bars, np.array([1.0, 2.0, math.nan, 0.0])) is None
 
@@ -92,7 +91,6 @@ def test_the_interval_of_a_scattered_power_holds_it_as_often_as_it_says() -> Non
     inside = 0
     for _ in range(400):
         found = exponent(bars, bars * np.exp(0.05 * rng.standard_normal(len(bars))))
-        assert found is not None
         inside += found.low <= 1.0 <= found.high
     assert abs(inside - 0.95 * 400) < 4.0 * math.sqrt(400 * 0.95 * 0.05)  # four standard deviations
 
