@@ -30,6 +30,8 @@ LAWS = {  # state, bars, formulation, yardstick: constant over u, exponent of th
     ("horizontal", 5, "relative", "m n² l"): (5.0, 0.0),
     ("horizontal", 5, "absolute", "m n² l"): (0.6, -1.0),
 }
+FEW = {key: law for key, law in LAWS.items() if key[:2] == ("generic", 5)}
+"""Laws of one state"""
 BEST = {  # coordinates, ratio: steps of the least error, that error
     ("absolute", 1e-3): (2048, 1e-12), ("absolute", 1e-7): (512, 1e-8),
     ("relative", 1e-3): (4096, 3e-14), ("relative", 1e-7): (4096, 4e-14),

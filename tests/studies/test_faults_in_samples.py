@@ -60,7 +60,10 @@ def staged(name: str, scene: Scene) -> Scene:
 
 def run_of(fault: str, scene: Scene, setting: Setting) -> Trajectory:
     """Run of the reference with a fault as the self-test registers it."""
-    return fault_registration("reference", fault).engine().run(scene, setting)
+    engine = fault_registration("reference", fault).engine()
+    engine.build(scene, setting)
+    engine.simulate()
+    return engine.read()
 
 
 @pytest.mark.parametrize("begins", SHARES)
