@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 @in_browser
 @pytest.mark.parametrize("name", exhaustive_but(PAGES, ["nightly", "results"]))
 def test_axe_finds_nothing_on_a_page(name: str, tmp_path: Path) -> None:
-    found = violations([PAGES[name](tmp_path)])
-    assert not found, "\n".join(map(str, found))
+    found = violations(PAGES[name](tmp_path))
+    assert not found, "\n".join(found)
 
 
 def test_headings_descend_by_one_level_and_what_scrolls_or_is_operated_has_a_name(tmp_path: Path) -> None:
