@@ -62,3 +62,5 @@ def test_a_chapter_joins_the_report_of_a_comparison(study: str, comparison: Path
 def test_a_folder_without_results_of_a_study_is_named(study: str, tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=f"no results of {study}"):
         render_study(study, tmp_path)
+    with pytest.raises(FileNotFoundError, match="no comparison there"):
+        render(tmp_path)

@@ -108,7 +108,6 @@ def test_failed_points_count_for_nothing_and_cost_only_themselves():
     assert not front_of(table(good, [failed, loose]))[-2:].any()
     left, right = (reach_table(table(good, extra), {}) for extra in ([], [failed, loose]))
     pd.testing.assert_frame_equal(left.drop(columns="reason"), right.drop(columns="reason"))
-    assert set(right.reason[right.status == "not reached"]) == {"failed"}
 
 
 @pytest.mark.parametrize(
@@ -203,8 +202,8 @@ def test_a_particle_is_judged_on_its_own_track_and_has_no_other_errors():
 
 def test_settings_that_round_to_the_same_steps_are_run_once():
     scene, loaded = shortened(load_scene("paper/fig05")), ENGINES["exudyn-tree"].load()
-    values = [s.value for s in distinct(scene, dataclasses.replace(loaded.sweep, values=(10, 20, 40, 80)))]
-    assert values == [10, 80]
+    found = distinct(scene, dataclasses.replace(loaded.sweep, values=(10, 20, 40, 80)))
+    assert [s.value for s in found] == [10, 80]
 
 
 def test_engines_that_cant_run_a_scene_are_named_with_the_reason():

@@ -202,9 +202,7 @@ def test_settings_past_the_time_limit_are_not_tried():
     coarse, fine, finer = sweep_of("exudyn", (1000, 2000, 4000))
     rows = [(coarse, {"outcome": "pass", "seconds": 0.9})]
     assert too_long(rows, fine, LIMIT_S) is None
-    late = too_long(rows, finer, LIMIT_S)
-    assert late["outcome"] == NotRun.LIMIT
-    assert "about 3.6 s expected" in late["reason"]
+    assert too_long(rows, finer, LIMIT_S)["outcome"] == NotRun.LIMIT
     assert too_long(rows, finer, LIMIT_S, hasty=True)["outcome"] == NotRun.BUDGET
     for outcome, after in [("timed_out", NotRun.LIMIT), (NotRun.LIMIT, NotRun.LIMIT), (NotRun.BUDGET, NotRun.BUDGET)]:
         assert too_long([(coarse, {"outcome": outcome})], fine, LIMIT_S)["outcome"] == after
@@ -296,21 +294,18 @@ def test_runs_that_succeed_but_are_wrong_are_points_with_large_errors(solution):
 
 
 def test_the_loads_of_an_engine_with_the_option_are_timed_at_its_finest_brief_setting():
-    sweeps_of = [
-        sweep_of("exudyn", (100, 500, 1000)),
-        sweep_of("reference", (1e-4, 1e-6)),
-        sweep_of("exudyn-tree", (50, 100)),
-    ]
-    seconds = [(0.01, 0.05, 0.2), (0.01, 0.01), (0.3, 0.6)]
+    seconds_of = {
+        "exudyn": {100: 0.01, 500: 0.05, 1000: 0.2}, "reference": {1e-4: 0.01, 1e-6: 0.01},
+        "exudyn-tree": {50: 0.3, 100: 0.6},
+    }  # fmt: skip
+    jobs = [sweep_of(engine, tuple(seconds)) for engine, seconds in seconds_of.items()]
     points = {
-        name_of(job): {"outcome": "pass", "seconds": s}
-        for jobs, own in zip(sweeps_of, seconds, strict=True)
-        for job, s in zip(jobs, own, strict=True)
+        name_of(job): {"outcome": "pass", "seconds": seconds_of[job.engine][job.setting.value]}
+        for own in jobs
+        for job in own
     }
-    found = load_jobs(sweeps_of, points)
-    assert [(j.engine, j.setting.value) for j in found] == [("exudyn", 500), ("exudyn-tree", 50)]
-    failed = {key: {"outcome": "failed", "seconds": np.nan} for key in points}
-    assert load_jobs(sweeps_of, failed) == []
+    assert [(j.engine, j.setting.value) for j in load_jobs(jobs, points)] == [("exudyn", 500), ("exudyn-tree", 50)]
+    assert load_jobs(jobs, {key: {"outcome": "failed", "seconds": np.nan} for key in points}) == []
 
 
 def test_the_share_of_the_loads_is_the_time_that_they_add_when_applied_once_more():

@@ -1,8 +1,6 @@
 """Ensembles: copies drawn as asked, run as the engine runs them, on threads or on a cluster that loses workers."""
 
 import dataclasses
-import os
-import signal
 
 import numpy as np
 import pytest
@@ -157,33 +155,3 @@ def test_a_chunk_that_comes_back_damaged_is_no_result_and_is_not_kept(damage, tm
     with pytest.raises(CallFailedError, match="came back damaged"):
         need_sound(chunk, content[damage], file)
     assert not file.exists()
-
-
-@pytest.mark.exhaustive
-@pytest.mark.filterwarnings("ignore")  # a cluster that loses a worker has much to say about it
-def test_a_cluster_that_loses_a_worker_half_way_loses_no_run_and_changes_no_bit():
-    distributed = pytest.importorskip("distributed")
-    scene, vary = short("paper/fig05"), ["angle_deg[*]=normal(0, 1)"]
-    here = ensemble(scene, vary, runs=8000, samples=6)
-    killed = []
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        with distributed.Client(cluster) as watcher:
-            victim = next(iter(watcher.run(os.getpid).values()))
-        done = 0
-
-        def kill_half_way(more):
-            nonlocal done
-            done += more
-            if done >= 2000 and not killed:
-                os.kill(victim, signal.SIGKILL)
-                killed.append(done)
-
-        there = ensemble(
-            scene, vary, runs=8000, samples=6, executor=DaskCluster(cluster.scheduler_address), progress=kill_half_way
-        )
-    assert killed
-    assert killed[0] < 8000
-    np.testing.assert_array_equal(there.angle_rad, here.angle_rad)
-    np.testing.assert_array_equal(there.reaction_size_N, here.reaction_size_N)

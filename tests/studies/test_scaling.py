@@ -61,10 +61,8 @@ def test_the_smallest_share_of_an_orbit_leaves_every_engine_its_own_step() -> No
 
     scene = divided(load_scene(SCENE), 2, SHARES[-1])
     for name, registration in ENGINES.items():
-        if registration.missing:
-            continue
-        setting = registration.load().sweep.setting()
-        if setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
+        setting = None if registration.missing else registration.load().sweep.setting()
+        if setting and setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
             # rounded up to an even number of steps between samples: with k of them by one in k at most
             assert step_s(scene, setting.value) > 0.7 * scene.step_period_s / setting.value, name
 
@@ -104,18 +102,15 @@ def test_cheap_points_come_first(tmp_path: Path) -> None:
     """An engine that gets expensive waits until the cheap one is through; cheap ones take turns."""
     plan = dataclasses.replace(scaling_study(["reference"], (2, 5, 10), time_limit_s=100.0), engines={})
     study = run_of(plan, tmp_path)
-    study.rows += [
-        {"engine": "cheap", "bars": 2, "build_s": 0.1, "orbit_s": 0.1},
-        {"engine": "dear", "bars": 2, "build_s": 0.1, "orbit_s": 20.0},
-    ]
+    study.rows += [{"engine": e, "bars": 2, "build_s": 0.1, "orbit_s": s} for e, s in (("cheap", 0.1), ("dear", 20.0))]
     study.done |= {"cheap": 1, "dear": 1}
-    assert study.price("cheap", 5) < study.price("cheap", 10) < study.price("dear", 5)
-    assert study.price("new", 2) < study.price("cheap", 5)
+    prices = [study.price(*at) for at in (("new", 2), ("cheap", 5), ("cheap", 10), ("dear", 5))]
+    assert prices == sorted(set(prices))
     assert (study.next_bars("cheap"), study.next_bars("new")) == (5, 2)
     study.done["cheap"] = 3
     assert study.next_bars("cheap") == 0
-    far = study.price("cheap", 200)  # nobody goes beyond a hundred before all are there
-    assert study.price("dear", 100) < far
+    # nobody goes beyond a hundred before all are there
+    assert study.price("dear", 100) < study.price("cheap", 200)
 
 
 def test_a_model_that_would_fill_the_memory_is_not_built(tmp_path: Path) -> None:
@@ -140,20 +135,17 @@ def test_each_fit_keeps_to_its_range() -> None:
 
 
 def test_aims_are_judged_where_they_were_measured() -> None:
+    def judged(points: pd.DataFrame) -> dict[str, bool]:
+        return {t["what"]: t["met"] for t in targets(points, fits_table(points))}
+
     points = synthetic()
-    found = {t["what"]: t for t in targets(points, fits_table(points))}
-    assert len(found) == 4
-    assert all(t["met"] for t in found.values())
-    assert found["one evaluation of 500 bars, a bar"]["measured"] == pytest.approx(20e-9)
-    slower = points.assign(evaluation_s=3.0 * points.evaluation_s)
-    met = [t["met"] for t in targets(slower, fits_table(slower))]
-    assert met == [True, False, False, True]
-    short = points[points.bars <= 2000]  # what was not measured to its end is not judged
-    assert [t["what"] for t in targets(short, fits_table(short))] == [
-        t["what"] for t in targets(points, fits_table(points))
-    ][:2]
-    others = points[points.engine == "stepper"]
-    assert targets(others, fits_table(others)) == []
+    whole = judged(points)
+    assert list(whole.values()) == [True] * 4
+    slower = judged(points.assign(evaluation_s=3.0 * points.evaluation_s))
+    assert list(slower.values()) == [True, False, False, True]
+    short = judged(points[points.bars <= 2000])  # what was not measured to its end is not judged
+    assert list(short) == list(whole)[:2]
+    assert judged(points[points.engine == "stepper"]) == {}
 
 
 def test_the_chapter_says_growth_reasons_and_aims(tmp_path: Path) -> None:
@@ -248,14 +240,6 @@ def test_a_good_point_has_all_that_was_asked_for(resumed: tuple[Path, pd.DataFra
         assert (own.memory_B >= 0.0).all()
 
 
-def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
-    run_study(scaling_study(["reference", "exudyn"], (2, 5), minutes=0.0), tmp_path)
-    points = read_table(tmp_path, "scaling", "points")
-    assert points.outcome.tolist() == [NOT_RUN] * 2
-    assert set(points.reason) == {"the study's 0 minutes were over"}
-    assert "No engine has three points" in render_study("scaling", tmp_path).page.read_text()
-
-
 @pytest.mark.slow
 def test_a_study_that_was_cut_off_measures_only_what_is_missing(resumed: tuple[Path, pd.DataFrame]) -> None:
     folder, first = resumed
@@ -267,9 +251,18 @@ def test_a_study_that_was_cut_off_measures_only_what_is_missing(resumed: tuple[P
     pd.testing.assert_frame_equal(read_table(folder, "scaling", "points"), points)
 
 
-def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:
-    run_study(scaling_study(["pymunk"], (100, 200)), tmp_path)
-    points = read_table(tmp_path, "scaling", "points")
-    assert points.bars.tolist() == [100]
-    assert points.outcome.tolist() == ["unsupported"]
-    assert "sweeps" in points.reason[0]
+@pytest.mark.parametrize(
+    ("engine", "bars", "minutes", "outcome", "reason"),
+    [
+        ("reference", (2, 5), 0.0, NOT_RUN, "the study's 0 minutes were over"),
+        ("pymunk", (100, 200), 10.0, "unsupported", "sweeps"),
+    ],
+)
+def test_a_study_without_time_or_of_too_many_bars_runs_nothing_and_says_why(
+    engine: str, bars: tuple[int, int], minutes: float, outcome: str, reason: str, tmp_path: Path
+) -> None:
+    run_study(scaling_study([engine], bars, minutes=minutes), tmp_path)
+    (point,) = read_table(tmp_path, "scaling", "points").itertuples()
+    assert (point.bars, point.outcome) == (bars[0], outcome)
+    assert reason in point.reason
+    assert "No engine has three points" in render_study("scaling", tmp_path).page.read_text()
