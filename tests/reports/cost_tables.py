@@ -9,7 +9,7 @@ from adapters.registry import Registration
 from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
 from reports.results.cost import FILES
 from tests.studies.cost_points import engine_points, kind_of, point, table, times_of
-from tests.support.results import write_results
+from tests.support.results import MADE, write_results
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,20 +26,14 @@ def load_row(engine: str, share: float, low: float, high: float) -> dict[str, ob
     return named | times | {"share": share, "share_low": low, "share_high": high}
 
 
-def write(folder: Path, points: pd.DataFrame, *, finished: bool = True, **more: Any) -> Path:
+def write(folder: Path, points: pd.DataFrame, **more: Any) -> Path:
     """Write the tables of a study; `more` joins its record."""
     times = times_of(points)
     points = points.assign(on_front=front_of(points))
     engines = dict.fromkeys(points.engine, REFERENCE)
     made: dict[str, Any] = {"points": points, "orders": orders_table(points, engines, []), "price": price_table(points)}
     made |= {"reach": reach_table(points, times), "loads": [load_row("slow", 0.4, 0.38, 0.43)]}
-    record = {
-        "finished": finished,
-        "command": "barchain cost",
-        "created": "2026-01-05T10:20:30+00:00",
-        "seconds": 12.0,
-        "environment": {"cpu": "Example CPU", "cores": 2},
-        "packages": {"numpy": "2"},
+    record = MADE | {
         "engines": {e: {"version": "1", "title": e, "kind": kind_of(e)} for e in engines},
         "scenes": {s: {"title": f"Scene <{s}>", "orbits": 1.0} for s in dict.fromkeys(points.scene)},
         "certified_solutions": {

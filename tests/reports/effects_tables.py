@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from reports.results.effects import FILES, TABLE
-from tests.support.results import write_results
+from tests.support.results import MADE, write_results
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -52,9 +52,5 @@ ROWS = [
 
 def write(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> Path:
     """Write the tables of a budget."""
-    record = {
-        "finished": True, "command": "barchain effects", "created": "2026-01-05T10:20:30+00:00", "seconds": 12.0,
-        "environment": {"cpu": "Example CPU"}, "packages": {"numpy": "2"}, "scene": SCENE | changes,
-        "rtol": 1e-12, "looser": 10.0, "parted_rad": 0.01, "matters": 1e-3,
-    }  # fmt: skip
+    record = MADE | {"scene": SCENE | changes, "rtol": 1e-12, "looser": 10.0, "parted_rad": 0.01, "matters": 1e-3}
     return write_results(folder, FILES, {"effects": rows}, record)

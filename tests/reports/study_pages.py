@@ -15,7 +15,7 @@ from tests.nightly.history.synthetic import bits, count, error, night, ratio, ve
 from tests.reports import cost_tables, effects_tables, roundoff_tables
 from tests.studies import scaling_tables
 from tests.support.report_fixture import build
-from tests.support.results import write_results
+from tests.support.results import MADE, write_results
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,9 +57,8 @@ def releases_page(folder: Path) -> Path:
             named | {"setting": "attitude<=1e-06", "relative_to": "other", "ratio": 3.0, "low": 2.5, "high": 3.5}
         ],
     }
-    record: dict[str, Any] = {"engine": "box", "distribution": "box", "scenes": {"s": {}}, "anchor": "other"}
-    record |= {"created": "2026-03-05T10:20:30+00:00", "versions": ["1.0", "1.1"]}
-    record |= {"finished": True, "seconds": 1.0, "command": "barchain releases box"}
+    record = MADE | {"engine": "box", "distribution": "box", "scenes": {"s": {}}, "anchor": "other"}
+    record |= {"versions": ["1.0", "1.1"]}
     write_results(folder, releases.FILES, rows, record)
     return render_study("releases", folder).page
 

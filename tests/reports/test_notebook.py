@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 import json
 import subprocess
 import sys
@@ -12,7 +13,6 @@ import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 
 import barchain
 from barchain.studies.comparison.run import ComparisonResult
@@ -66,22 +66,19 @@ def trajectory() -> barchain.Trajectory:
     )
 
 
-@pytest.mark.parametrize("name", one_in(10, [n for n in scene_names() if not n.startswith("hard/bars_")]))
+@pytest.mark.parametrize("name", one_in(20, [n for n in scene_names() if not n.startswith("hard/bars_")]))
 def test_every_scene_has_a_picture_and_its_physics(name: str) -> None:
     found = shown(barchain.load_scene(name))
     assert name in found
     assert "Gravity" in found
 
 
-def test_the_drawn_orbit_is_the_scenes_own() -> None:
+def test_the_drawn_orbit_is_the_scenes_own_and_an_open_path_is_drawn_up_to_some_radii() -> None:
     scene = barchain.load_scene("basics/kepler_elliptic")
     radius = np.linalg.norm(osculating(scene), axis=1)
     major = (scene.central_body.mu_m3_s2 * (scene.period_s / (2.0 * np.pi)) ** 2) ** (1.0 / 3.0)
     assert radius.min() + radius.max() == pytest.approx(2.0 * major)  # Kepler's third law
     assert scene.radius0_m in (pytest.approx(radius.min()), pytest.approx(radius.max()))
-
-
-def test_an_open_path_is_drawn_up_to_some_radii() -> None:
     scene = barchain.load_scene("basics/kepler_hyperbolic")
     radius = np.linalg.norm(osculating(scene), axis=1) / scene.radius0_m
     assert radius.min() == pytest.approx(1.0)
@@ -95,30 +92,24 @@ def test_a_hostile_title_stays_text_and_hides_nothing() -> None:
     assert "\u202e" not in found
 
 
-def test_a_trajectory_shows_each_quantity_with_its_unit(trajectory: barchain.Trajectory) -> None:
-    found = shown(trajectory)
-    for label in LABELS:
-        assert label.replace("'", "&#39;") in found or label in found
+def test_a_trajectory_shows_each_quantity_with_its_unit_and_why_it_ended(trajectory: barchain.Trajectory) -> None:
+    found = html.unescape(shown(dataclasses.replace(trajectory, ended="a bar reached the surface")))
+    assert all(label in found for label in LABELS)
     assert "21, from 0 to 100 s" in found
     assert "5.00" in found, "size of the reaction of 3 N and 4 N"
+    assert "a bar reached the surface" in found
 
 
 def test_a_card_is_titled_by_scene_and_engine_where_they_are_known(trajectory: barchain.Trajectory) -> None:
     assert "<strong>Trajectory</strong>" in shown(trajectory)
-    simulated = barchain.simulate("basics/libration", "reference", rtol=1e-6)
-    found = shown(simulated)
+    found = shown(barchain.simulate("basics/libration", "reference", rtol=1e-6))
     assert "<strong>basics/libration in reference</strong>" in found
     assert "rtol=1e-06" in found
-
-
-def test_a_trajectory_that_ended_early_says_why(trajectory: barchain.Trajectory) -> None:
-    assert "a bar reached the surface" in shown(dataclasses.replace(trajectory, ended="a bar reached the surface"))
 
 
 def test_a_plot_has_one_axes_for_each_quantity_and_draws_what_was_simulated(trajectory: barchain.Trajectory) -> None:
     with mpl.rc_context({"backend": "agg"}):
         figure, axes = trajectory.plot()
-    assert isinstance(figure, Figure)
     assert [ax.get_title(loc="left") for ax in axes] == LABELS
     assert axes[-1].get_xlabel() == "time, s"
     np.testing.assert_array_equal(axes[0].lines[1].get_ydata(), trajectory.angle_rad[:, 1])
@@ -135,8 +126,7 @@ def test_a_plot_has_no_axes_for_a_quantity_that_the_engine_lacks(trajectory: bar
     mpl.pyplot.close(figure)
 
 
-@pytest.fixture
-def comparison() -> ComparisonResult:
+def test_a_comparison_shows_its_verdict_and_outcomes_by_scene_and_engine() -> None:
     row = dict.fromkeys(METRIC_COLUMNS, "") | {"scene": "s", "setting": "x=1", "quantity": "attitude", "unit": "rad"}
     rows = [
         row | {"engine": engine, "metric": "normalised_error", "value": value, "tolerance": 1.0, "outcome": outcome}
@@ -144,19 +134,10 @@ def comparison() -> ComparisonResult:
     ]
     outcomes = {("s", "reference"): Outcome.PASS, ("s", "exudyn"): Outcome.INCONSISTENT}
     outcomes |= {("s", "(any independent engine)"): Outcome.PASS, (ALL_SCENES, "rebound"): Outcome.NOTHING_COMPARED}
-    return ComparisonResult(pd.DataFrame(rows, columns=list(METRIC_COLUMNS)), outcomes)
-
-
-def test_a_comparison_shows_its_verdict_and_every_outcome(comparison: ComparisonResult) -> None:
+    comparison = ComparisonResult(pd.DataFrame(rows, columns=list(METRIC_COLUMNS)), outcomes)
     found = shown(comparison)
     assert "1 of 2 comparisons failed." in found
     assert "≠ inconsistent" in found
-    assert found.index(">exudyn<") < found.index(">reference<"), "independent physics stands first"
-
-
-def test_outcomes_as_a_table_have_a_row_for_each_scene_and_a_column_for_each_engine(
-    comparison: ComparisonResult,
-) -> None:
     table = comparison.to_frame()
     assert table.loc["s", "exudyn"] == "inconsistent"
     assert list(table.index) == ["s"]
@@ -177,4 +158,3 @@ def test_objects_without_barchain_show_their_text_and_say_what_a_plot_needs() ->
 
 def test_a_scene_is_text_where_there_is_no_notebook() -> None:
     assert repr(barchain.load_scene("paper/fig05")).startswith("<Scene paper/fig05: 5 bars")
-    assert isinstance(barchain.load_scene("paper/fig05"), barchain.Scene)

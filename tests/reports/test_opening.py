@@ -20,7 +20,6 @@ from reports.results.comparison import read_results
 from reports.results.outcome import Outcome
 from reports.text.words import engine_anchor, run_anchor
 from tests.support.browser import chromium, in_browser
-from tests.support.page_policy import check_policy
 from tests.support.report_fixture import ENGINES, build
 
 if TYPE_CHECKING:
@@ -49,14 +48,10 @@ def summary(folder: Path) -> Summary:
     return summarise(read_results(folder))
 
 
-def test_the_report_opens_with_the_verdict_the_judge_and_the_matrix(page: str, folder: Path) -> None:
-    check_policy(folder / "index.html")
+def test_the_report_opens_with_the_verdict_and_the_judge(page: str) -> None:
     top = page[: page.index('<div class="scroll matrix runs"')]
     assert 'id="verdict">2 of 16 comparisons failed.' in top
     assert "Judged by: reference, rtol=1e-13." in top
-    assert "<dfn>" not in top
-    assert "<svg" not in top
-    assert "Normalised error of every comparison" in page
 
 
 def test_a_cell_is_shaded_by_its_digits_and_one_that_failed_is_not(summary: Summary) -> None:
@@ -68,25 +63,17 @@ def test_a_cell_is_shaded_by_its_digits_and_one_that_failed_is_not(summary: Summ
         else:
             size = scene.value("radius0_m") if row.quantity == "com" else 1.0
             assert found == pytest.approx(max(0.0, math.log10((size or math.nan) / (row.largest or math.nan))))
-    assert [shade(d) for d in (0.0, 1.9, 2.0, 11.9, 12.0, 16.0)] == [0, 0, 1, 5, 6, 6]
-
-
-def test_an_exact_cell_has_all_digits_and_a_wrong_one_none(summary: Summary) -> None:
-    scene = summary.scenes[0]
     cell = next(c for c in summary.of_scene(scene.name) if c.outcome.ok and c.row("attitude"))
     for error, expected in ((0.0, 16.0), (3.0, 0.0), (1e-9, 9.0)):
         rows = tuple(dataclasses.replace(r, largest=error, first_orbit=error) for r in cell.rows)
         assert digits(dataclasses.replace(cell, rows=rows), scene) == pytest.approx(expected)
+    assert [shade(d) for d in (0.0, 1.9, 2.0, 11.9, 12.0, 16.0)] == [0, 0, 1, 5, 6, 6]
 
 
 def test_every_cell_leads_to_its_run_and_every_column_to_its_engine(page: str, summary: Summary) -> None:
-    for cell in summary.all:
-        place = run_anchor(cell.scene, cell.engine)
-        assert page.count(f'href="#{place}"') == 1
-        assert page.count(f'id="{place}"') == 1
-    for engine in ENGINES:
-        assert page.count(f'href="#{engine_anchor(engine)}"') == 1
-        assert page.count(f'id="{engine_anchor(engine)}"') == 1
+    anchors = [run_anchor(cell.scene, cell.engine) for cell in summary.all]
+    for place in [*anchors, *map(engine_anchor, ENGINES)]:
+        assert page.count(f'href="#{place}"') == page.count(f'id="{place}"') == 1
 
 
 def test_columns_stand_by_kind(summary: Summary) -> None:
@@ -94,39 +81,30 @@ def test_columns_stand_by_kind(summary: Summary) -> None:
     assert [g.key for g in kinds] == ["independent", "own"]
     assert all(summary.external(e) for e in kinds[0].engines)
     assert not any(summary.external(e) for e in kinds[1].engines)
+    [group] = engine_groups(dataclasses.replace(summary, outside=frozenset(), outside_known=False))
+    assert group.engines == summary.engines
 
 
-def many(summary: Summary, outcome: Outcome) -> Summary:
-    """The summary with more engines on barchain's equations than a window has room for, all with one outcome."""
+@pytest.mark.parametrize(("outcome", "unfolded"), [(Outcome.PASS, False), (Outcome.INCONSISTENT, True)])
+def test_of_many_engines_those_on_barchains_equations_are_folded_unless_one_of_them_failed(
+    summary: Summary, outcome: Outcome, unfolded: bool
+) -> None:
     scene = summary.scenes[0].name
     more = tuple(f"own-{k}" for k in range(FEW_COLUMNS))
     cells = {(scene, e): RunCell(scene, e, "", outcome, "", (), None) for e in more}
-    return dataclasses.replace(summary, engines=(*summary.engines, *more), cells=summary.cells | cells)
-
-
-def test_of_many_engines_those_on_barchains_equations_are_folded_unless_one_of_them_failed(summary: Summary) -> None:
-    assert [g.unfolded for g in engine_groups(many(summary, Outcome.PASS))] == [True, False]
-    assert [g.unfolded for g in engine_groups(many(summary, Outcome.INCONSISTENT))] == [True, True]
-
-
-def test_engines_of_unknown_kind_stand_in_one_group(summary: Summary) -> None:
-    [group] = engine_groups(dataclasses.replace(summary, outside=frozenset(), outside_known=False))
-    assert group.engines == summary.engines
-    assert group.unfolded
+    many = dataclasses.replace(summary, engines=(*summary.engines, *more), cells=summary.cells | cells)
+    assert [g.unfolded for g in engine_groups(many)] == [True, unfolded]
 
 
 def test_the_overview_has_one_line_for_each_engine_and_one_mark_for_each_normalised_error(summary: Summary) -> None:
-    panel = agreement_panel(summary, engine_groups(summary))
-    assert panel is not None
-    drawn = str(panel.svg)
+    drawn = str(agreement_panel(summary, engine_groups(summary)).svg)
     assert [drawn.count(f">{engine}</text>") for engine in ENGINES] == [1] * len(ENGINES)
     errors = [c for c in summary.all if c.worst_ratio]
     marks = re.findall(r'<path d="((?:M\d+ \d+m-[^M]+)+)"', drawn)
     assert sum(path.count("M") for path in marks) == len(errors)
-    assert "pymunk-absolute: 0 of 2 passed" in drawn
 
 
-@pytest.mark.parametrize(("early", "shown"), [(1, False), (3, False), (5, True)])
+@pytest.mark.parametrize(("early", "shown"), [(3, False), (5, True)])
 def test_a_scene_shows_its_first_orbit_if_most_comparisons_end_early(summary: Summary, early: int, shown: bool) -> None:
     scene = next(s for s in summary.scenes if s.name == SCENES[0])
     compared = [c for c in summary.of_scene(scene.name) if c.shown][:8]
@@ -139,15 +117,6 @@ def test_a_scene_shows_its_first_orbit_if_most_comparisons_end_early(summary: Su
     assert 3 < len(cells) < 10
     show_first_orbit(cells, scene)
     assert all(c.shows_first_orbit is shown for c in cells.values())
-
-
-def test_a_row_without_a_number_or_a_reason_is_left_out_and_a_ratio_names_its_denominator(summary: Summary) -> None:
-    cell = next(c for c in summary.all if c.row("attitude"))
-    row = next(r for r in cell.rows if r.largest is not None)
-    ratio = dataclasses.replace(row, quantity="relative_energy", unit="1")
-    nothing = dataclasses.replace(row, quantity="run", largest=None, ratio=None, reason="", outcome=Outcome.REPORTED)
-    assert dataclasses.replace(cell, rows=(ratio, nothing)).told == [ratio]
-    assert (ratio.name, ratio.unit_words) == ("kinetic energy about the CM", "of the largest possible")
 
 
 def moving(angle_rad: np.ndarray) -> str:
@@ -165,26 +134,17 @@ def test_a_chain_moves_through_the_angles_of_its_bars_each_relative_to_the_bar_b
     np.testing.assert_allclose(first + second, -np.degrees(angle[:, 1]), atol=0.1)
 
 
-def test_faster_bars_have_more_frames_and_bars_too_fast_to_be_seen_have_none() -> None:
-    def turning(turns: float) -> int:
-        return frame_count(np.linspace([0.0], [2.0 * np.pi * turns], 2001))
-
-    assert turning(0.1) < turning(3.0) <= turning(20.0) == MOST_FRAMES
-    assert turning(1000.0) == 0
-
-
-def test_a_chain_of_too_many_bars_stands_still() -> None:
+def test_faster_bars_have_more_frames_and_bars_too_fast_or_too_many_to_be_seen_have_none() -> None:
+    frames = [frame_count(np.linspace([0.0], [2.0 * np.pi * turns], 2001)) for turns in (0.1, 3.0, 20.0, 1000.0)]
+    assert frames[0] < frames[1] <= frames[2] == MOST_FRAMES
+    assert frames[3] == 0
     few, many_bars = (moving(np.zeros((33, bars))) for bars in (5, 200))
     assert 0 < len(few) <= MOST_BYTES
     assert not many_bars
 
 
-def test_a_moving_picture_waits_for_its_control(page: str) -> None:
+def test_each_moving_picture_has_a_control(page: str) -> None:
     assert page.count('class="play" type="checkbox"') == page.count('<g class="moving">') == len(SCENES)
-    style = page[page.index("<style>") : page.index("</style>")]
-    assert "animation-play-state:paused" in style
-    [rule] = re.findall(r"([^{}]*)\{[^{}]*animation-play-state:running", style)
-    assert rule == ".play:checked~svg .moving g"
 
 
 MOVING = """() => [...document.querySelectorAll('.scene .moving')].map(
@@ -228,33 +188,16 @@ def test_columns_of_a_kind_fold_and_unfold_by_a_checkbox(tab: Tab) -> None:
 
 @pytest.mark.slow
 @in_browser
-def test_the_link_of_a_cell_unfolds_the_metrics_of_its_run(tab: Tab) -> None:
-    row = tab.locator(f"[id='{run_anchor(SCENES[0], 'exudyn')}']")
-    assert not row.is_visible()
-    tab.locator(f".runs a[href='#{run_anchor(SCENES[0], 'exudyn')}']").click()
-    assert row.is_visible()
-
-
-@pytest.mark.exhaustive
-@in_browser
-@pytest.mark.parametrize("width", [1200, 1600])
-def test_a_cells_link_shows_the_run_below_the_heads_with_its_outcome(tab: Tab, width: int) -> None:
-    tab.set_viewport_size({"width": width, "height": 800})
-    for engine in ("reference", "exudyn", "pymunk-absolute"):
-        place = run_anchor(SCENES[0], engine)
-        tab.locator(f".runs a[href='#{place}']").click()
-        run, scroller = tab.locator(f"[id='{place}']"), tab.locator(f".metrics:has([id='{place}'])")
-        head, first, outcome = (
-            found.bounding_box()
-            for found in (scroller.locator("thead th").first, run.locator("tr").first, run.locator(".tag").first)
-        )
-        assert head
-        assert first
-        assert outcome
-        assert 0.0 <= head["y"] <= head["y"] + head["height"] <= first["y"] + 1.0
-        assert first["y"] + first["height"] <= 800
-        assert outcome["x"] + outcome["width"] < 0.5 * width
-        tab.evaluate("window.scrollTo(0, 0)")
+def test_a_cells_link_unfolds_the_run_below_the_heads_with_its_outcome(tab: Tab) -> None:
+    place = run_anchor(SCENES[0], "exudyn")
+    run, scroller = tab.locator(f"[id='{place}']"), tab.locator(f".metrics:has([id='{place}'])")
+    assert not run.is_visible()
+    tab.locator(f".runs a[href='#{place}']").click()
+    shown = (scroller.locator("thead th").first, run.locator("tr").first, run.locator(".tag").first)
+    head, first, outcome = (found.bounding_box() for found in shown)
+    assert 0.0 <= head["y"] <= head["y"] + head["height"] <= first["y"] + 1.0
+    assert first["y"] + first["height"] <= 800
+    assert outcome["x"] + outcome["width"] < 600
 
 
 @pytest.mark.slow

@@ -10,18 +10,17 @@ from barchain.studies.roundoff.study import OBJECTS
 from reports.chapters.roundoff.study import Roundoff, length, spelled
 from reports.chapters.roundoff.view import law, view_roundoff
 from reports.plotting.errors import name_box, staggered
-from reports.render import render, render_study
+from reports.render import render_study
 from reports.results.roundoff import FILES, TABLES
 from tests.reports.roundoff_tables import (
     EARTH_M,
+    FEW,
     LAWS,
     U,
     fitted,
     tables,
     write,
 )
-from tests.support.page_policy import check_policy
-from tests.support.report_fixture import build
 from tests.support.slow import exhaustive_but, slow_but
 
 
@@ -55,14 +54,8 @@ def test_the_page_has_all_numbers_and_sentences(tmp_path):
     assert "<flat> tyre" in page
 
 
-@pytest.mark.exhaustive
-def test_equal_tables_give_equal_bytes(tmp_path):
-    first, second = (render_study("roundoff", write(tmp_path / name)).page.read_bytes() for name in "ab")
-    assert first == second
-
-
 @pytest.mark.parametrize("names", slow_but([
-    ("evaluation",), ("laws",), ("trajectories",), ("best", "best_laws"), ("growth", "growth_laws", "longitudes"),
+    ("evaluation",), ("laws",), ("trajectories", "best", "best_laws"), ("growth", "growth_laws", "longitudes"),
     ("engines", "engine_laws", "times"),
 ], [("laws",)]))  # fmt: skip
 def test_missing_tables_cost_only_their_own(tmp_path, names):
@@ -76,30 +69,6 @@ def test_a_study_that_was_cut_off_at_once_has_a_page(tmp_path):
     page = shown(tmp_path, without=tuple(TABLES), finished=False, objects=[], unit_roundoff={}, failed=[])
     assert "cut off" in page
     assert not re.search(r"\bnan\b", page)
-
-
-@pytest.mark.slow
-def test_sizes_have_ratios_where_nothing_says_how_long_they_are(tmp_path):
-    page = shown(tmp_path, objects=[])
-    assert "ε = " in page
-    assert not re.search(r"\bnan\b", page)
-
-
-@pytest.mark.slow
-def test_the_chapter_joins_the_report_of_a_comparison(tmp_path):
-    folder = build(tmp_path, ["basics/two_bars_free"], samples=21)
-    render(folder)
-    assert 'id="roundoff"' not in (folder / "index.html").read_text()
-    page = render_study("roundoff", write(folder)).page
-    check_policy(page)
-    assert page == folder / "index.html"
-    assert page.read_text().count('id="roundoff"') == 1
-    assert not (folder / "roundoff.html").exists()
-
-
-def test_a_folder_without_a_study_is_rejected(tmp_path):
-    with pytest.raises(FileNotFoundError, match="no results of roundoff"):
-        render_study("roundoff", tmp_path)
 
 
 @pytest.mark.slow
@@ -145,8 +114,10 @@ def test_laws_tell_where_the_last_digit_goes(tmp_path):
     assert single["last_digit"] == length(0.5 * U["float32"] / 0.1 * EARTH_M)
     horizontal = laws["horizontal", "absolute", "float64", "reaction"]
     assert horizontal["last_digit"] == length(EARTH_M * (0.05 * U["float64"] / 0.1) ** (1 / 3))
-    assert laws["generic", "absolute", "float64", "reaction"]["last_digit"].endswith("†")
-    assert laws["generic", "absolute", "float64", "reaction"]["constant"].split() == ["0.50", "u/ε"]
+    double = laws["generic", "absolute", "float64", "reaction"]
+    assert double["last_digit"].endswith("†")
+    assert double["constant"].split() == ["0.50", "u/ε"]
+    assert [r["last_digit"] for r in view.best_laws] == [f"{length(EARTH_M * 8.0 * U['float64'] / 0.1)}†", ""]
 
 
 @pytest.mark.exhaustive
@@ -165,7 +136,7 @@ def test_a_slope_that_is_off_is_marked(tmp_path):
 
 
 def test_longitudes_are_told_apart_by_source(tmp_path):
-    view = view_roundoff(write(tmp_path))
+    view = view_roundoff(write(tmp_path, without=("evaluation", "laws")))
     formula, of_input = view.differing
     assert formula == (0, 1, 0.05)
     assert of_input[:2] == (1, 1)
@@ -173,23 +144,13 @@ def test_longitudes_are_told_apart_by_source(tmp_path):
 
 
 def test_digits_lie_on_lines_between_measured_sizes(tmp_path):
-    found = study(tmp_path)
+    found = study(tmp_path, tables(FEW))
     for ratio in (1e-2, 3e-7, 1e-12):
         few, digits, many = found.digits(ratio, formulation="absolute")
         assert digits == pytest.approx(max(0.0, -np.log10(0.5 * U["float64"] / ratio)))
         assert few <= digits <= many
     assert found.digits(1e-13, formulation="absolute") is None
     assert found.digits(1e-6, formulation="nothing") is None
-
-
-@pytest.mark.exhaustive
-def test_every_line_of_a_chart_has_a_sign_besides_its_colour(tmp_path):
-    sections = view_roundoff(write(tmp_path)).charts
-    charts = [p for shown, folded in sections.values() for p in (*shown, *folded)]
-    assert len(charts) > 10
-    for chart in charts:
-        signs = [(e.pen.marker, e.pen.dash, e.pen.hollow) for e in chart.legend]
-        assert len(set(signs)) == len(signs), chart.title
 
 
 def test_names_on_the_axis_do_not_hide_each_other():
@@ -199,34 +160,8 @@ def test_names_on_the_axis_do_not_hide_each_other():
         for (other_left, other_right), level in zip(boxes[:k], rows[:k], strict=True):
             assert level != rows[k] or right < other_left or other_right < left
     assert staggered([(70.0, 130.0)] * 3) == [0, 1, 2]
-    assert staggered([]) == []
 
 
 def test_numbers_read_well():
-    assert [spelled(v) for v in (5.69e-12, 0.569, 5.69, 350.0, 1.47e7, 1891.0)] == [
-        "5.7×10⁻¹²", "0.57", "5.7", "350", "1.5×10⁷", "1900",
-    ]  # fmt: skip
-    assert spelled(None) == ""
+    assert [spelled(v) for v in (5.69e-12, 0.569, 350.0, 1891.0, None)] == ["5.7×10⁻¹²", "0.57", "350", "1900", ""]
     assert length(0.104).split() == ["104", "mm"]
-
-
-@pytest.mark.exhaustive
-def test_growth_that_is_not_as_expected_is_placed(tmp_path):
-    rows = tables()
-    (head,) = (r for r in rows["growth_laws"] if r["coordinates"] == "absolute")
-    exponents = {1.55: 1.5, 1.8: 1.5, 2.4: 1.5, 1.2: 1.5, 0.2: 0.0}
-    rows["growth_laws"] = [
-        head | {"ratio": 10.0**-k} | fitted(e, 0.02, expected) for k, (e, expected) in enumerate(exponents.items(), 3)
-    ]
-    page = shown(tmp_path, rows)
-    assert page.count("slower than a random walk") == 1
-    assert page.count("faster than a random walk of the rates, slower than their drift") == 1
-    assert page.count("faster than a random walk") == 2
-    assert page.count("steady noise") == 1
-
-
-@pytest.mark.exhaustive
-def test_least_errors_have_a_last_digit_too(tmp_path):
-    rows = view_roundoff(write(tmp_path)).best_laws
-    metres = EARTH_M * 8.0 * U["float64"] / 0.1
-    assert [r["last_digit"] for r in rows] == [f"{length(metres)}†", ""]

@@ -12,6 +12,7 @@ from barchain.studies.scaling.study import fits_table, targets
 from reports.results.rows import NOT_RUN
 from reports.results.scaling import FILES, POINTS
 from reports.results.schema import KEY, SCHEMA_VERSION
+from tests.support.results import MADE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,16 +42,12 @@ def synthetic() -> pd.DataFrame:
     return table.reindex(columns=list(POINTS.columns))
 
 
-def write(folder: Path, *, finished: bool = True) -> Path:
+def write(folder: Path) -> Path:
     """Tables of a study."""
     points = synthetic()
     fits = fits_table(points)
-    record = {
+    record = MADE | {
         KEY: SCHEMA_VERSION,
-        "command": "barchain scaling",
-        "created": "2026-01-05T10:20:30+00:00",
-        "environment": {"cpu": "Example CPU", "cores": 2},
-        "packages": {"numpy": "2"},
         "scene": {"name": SCENE, "size_m": 500.0},
         "targets": targets(points, fits),
         "limits": {"time_limit_s": 10.0},
@@ -59,5 +56,5 @@ def write(folder: Path, *, finished: bool = True) -> Path:
     store = StudyStore(FILES, folder, record)
     store.write("points", points)
     store.write("exponents", fits)
-    store.end(12.0, complete=finished)
+    store.end(12.0, complete=True)
     return folder

@@ -1,8 +1,6 @@
 """Ensembles: copies drawn as asked, run as the engine runs them, on threads or on a cluster that loses workers."""
 
 import dataclasses
-import os
-import signal
 
 import numpy as np
 import pytest
@@ -81,35 +79,18 @@ def test_draws_of_one_quantity_depend_neither_on_what_else_varies_nor_on_the_num
     assert not np.array_equal(other.angle_rad, together.angle_rad)
 
 
-def test_a_bar_that_is_heavier_or_longer_keeps_the_shape_of_its_mass():
-    scene = load_scene("paper/fig13")
+def test_a_bar_that_is_heavier_or_longer_keeps_the_shape_of_its_mass_unless_its_inertia_is_its_own():
+    scene, slender = load_scene("paper/fig13"), lambda made: made.mass_kg * made.length_m**2 / 12.0
     made = populate(scene, (parse("mass_kg=uniform(50, 90)", 5), parse("length_m[3]=uniform(10, 20)", 5)), 20, seed=1)
-    np.testing.assert_allclose(made.inertia_kg_m2, made.mass_kg * made.length_m**2 / 12.0, rtol=1e-12)
-    own = populate(scene, (parse("mass_kg=uniform(50, 90)", 5), parse("inertia_kg_m2=uniform(7, 7)", 5)), 2, seed=1)
-    assert (own.inertia_kg_m2 == 7.0).all()
-
-
-def test_an_inertia_of_its_own_leaves_the_other_bars_theirs():
-    scene = load_scene("paper/fig13")
+    np.testing.assert_allclose(made.inertia_kg_m2, slender(made), rtol=1e-12)
     vary = (parse("mass_kg=uniform(500, 900)", 5), parse("inertia_kg_m2[1]=uniform(7, 7)", 5))
     made = populate(scene, vary, 3, seed=1)
     assert (made.inertia_kg_m2[:, 0] == 7.0).all()
-    np.testing.assert_allclose(made.inertia_kg_m2[:, 1:], (made.mass_kg * made.length_m**2 / 12.0)[:, 1:], rtol=1e-12)
-
-
-def test_what_varies_twice_is_refused():
-    with pytest.raises(VariationError, match="given twice"):
-        ensemble(short("paper/fig05"), ["angle_deg[1]=normal(20, 1)", "angle_deg=normal(80, 0)"], runs=2)
+    np.testing.assert_allclose(made.inertia_kg_m2[:, 1:], slender(made)[:, 1:], rtol=1e-12)
 
 
 def test_copies_that_reach_the_surface_end_there_and_are_counted():
-    found = ensemble(
-        dataclasses.replace(load_scene("paper/fig09")),
-        ["speed_factor=uniform(0.2, 1.0)"],
-        runs=60,
-        orbits=0.5,
-        samples=21,
-    )
+    found = ensemble(load_scene("paper/fig09"), ["speed_factor=uniform(0.2, 1.0)"], runs=60, orbits=0.5, samples=21)
     ended = found.runs[found.runs["outcome"] == "ended"]
     assert 10 < len(ended) < 60
     assert ended["reason"].str.contains("a bar reached the surface at t = ").all()
@@ -119,25 +100,25 @@ def test_copies_that_reach_the_surface_end_there_and_are_counted():
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("vary", "words"),
     [
         ("angle=normal(0, 1)", "did you mean angle_deg"),
         ("angle_deg=norml(0, 1)", "did you mean normal"),
         ("angle_deg=normal(0)", "normal(mean, deviation)"),
         ("angle_deg=normal(0, -1)", "normal(mean, deviation)"),
         ("angle_deg=normal(0, x)", "numbers in normal(mean, deviation)"),
-        ("angle_deg=normal(0, nan)", "normal(mean, deviation)"),
         ("angle_deg[6]=normal(0, 1)", "allowed: 1 to 5"),
         ("altitude_m[1]=normal(4e5, 1)", "altitude_m is not a bar's"),
         ("angle_deg", "KEY=DISTRIBUTION"),
         ("mass_kg=normal(1, 3)", "greater than 0"),
         ("speed_factor=uniform(-1, -0.5)", "0 or more"),
         ("altitude_m=uniform(100, 200)", "higher than the chain is long"),
+        ("angle_deg[1]=normal(20, 1);angle_deg=normal(80, 0)", "given twice"),
     ],
 )
-def test_what_cant_be_drawn_is_said_in_one_line(text, words):
+def test_what_cant_be_drawn_is_said_in_one_line(vary, words):
     with pytest.raises(VariationError) as caught:
-        ensemble(short("paper/fig05"), [text], runs=50)
+        ensemble(short("paper/fig05"), vary.split(";"), runs=50)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -148,12 +129,9 @@ def test_the_command_writes_tables_and_a_page(tmp_path, capsys):
     assert barchain(["ensemble", "paper/fig05", "--vary", "angle_deg=normal(0, 1)", *arguments]) == 0
     assert "40 finished" in capsys.readouterr().out
     check_policy(out / "ensemble.html")
-    page = (out / "ensemble.html").read_text(encoding="utf-8")
-    assert page.count("<svg") == 9
-    assert "angle_deg=normal(0, 1)" in page
+    assert (out / "ensemble.html").read_text(encoding="utf-8").count("<svg") == 9
     assert len(read_table(out, "ensemble", "quantiles")) == 5 * 5 * 9
     assert barchain(["ensemble", "paper/fig05", "--vary", "angle=normal(0, 1)", *arguments]) == 2
-    assert barchain(["ensemble", "paper/fig99", "--vary", "angle_deg=normal(0, 1)", *arguments]) == 2
 
 
 def test_an_address_where_nothing_answers_is_said_in_one_line():
@@ -177,33 +155,3 @@ def test_a_chunk_that_comes_back_damaged_is_no_result_and_is_not_kept(damage, tm
     with pytest.raises(CallFailedError, match="came back damaged"):
         need_sound(chunk, content[damage], file)
     assert not file.exists()
-
-
-@pytest.mark.exhaustive
-@pytest.mark.filterwarnings("ignore")  # a cluster that loses a worker has much to say about it
-def test_a_cluster_that_loses_a_worker_half_way_loses_no_run_and_changes_no_bit():
-    distributed = pytest.importorskip("distributed")
-    scene, vary = short("paper/fig05"), ["angle_deg[*]=normal(0, 1)"]
-    here = ensemble(scene, vary, runs=8000, samples=6)
-    killed = []
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        with distributed.Client(cluster) as watcher:
-            victim = next(iter(watcher.run(os.getpid).values()))
-        done = 0
-
-        def kill_half_way(more):
-            nonlocal done
-            done += more
-            if done >= 2000 and not killed:
-                os.kill(victim, signal.SIGKILL)
-                killed.append(done)
-
-        there = ensemble(
-            scene, vary, runs=8000, samples=6, executor=DaskCluster(cluster.scheduler_address), progress=kill_half_way
-        )
-    assert killed
-    assert killed[0] < 8000
-    np.testing.assert_array_equal(there.angle_rad, here.angle_rad)
-    np.testing.assert_array_equal(there.reaction_size_N, here.reaction_size_N)

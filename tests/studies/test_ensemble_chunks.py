@@ -46,12 +46,6 @@ def table_bytes(out: Path) -> dict[str, bytes]:
     return {table: (out / FILES.series_name(table)).read_bytes() for table in FILES.series}
 
 
-def counting() -> tuple[Reporter, list[int]]:
-    """Reporter, and the numbers of runs that it is told."""
-    told: list[int] = []
-    return Reporter(counted=lambda *_: nullcontext(told.append)), told
-
-
 def test_quantiles_over_all_chunks_are_those_of_all_runs_on_any_number_of_workers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -59,7 +53,6 @@ def test_quantiles_over_all_chunks_are_those_of_all_runs_on_any_number_of_worker
     one, two = (ensemble("paper/fig05", VARY, executor=LocalProcesses(n), **options) for n in (1, 2))
     assert one.quantiles.equals(two.quantiles)
     assert one.runs.equals(two.runs)
-    assert one.angle_rad is not None
     middle = one.quantiles.query("quantity == 'attitude' and quantile == 0.5")["value"].to_numpy()
     np.testing.assert_array_equal(middle, np.quantile(one.angle_rad, 0.5, axis=0).ravel())
     monkeypatch.setattr(chunks_module, "MOST_SORTED", 1)
@@ -69,14 +62,17 @@ def test_quantiles_over_all_chunks_are_those_of_all_runs_on_any_number_of_worker
     assert by_column.angle_rad is None
 
 
-def test_many_runs_have_many_chunks_and_large_samples_small_ones() -> None:
-    def size(runs: int, samples: int) -> int:
-        return next(chunks(planned(runs, samples=samples))).part.runs
-
-    assert size(1000, 101) == LEAST_RUNS
-    assert size(100_000, 5) == 100_000 // MOST_CHUNKS
-    assert size(100_000, 101) == chunks_module.MOST_NUMBERS // (101 * 9)
-    assert size(1000, 5001) == LEAST_RUNS
+@pytest.mark.parametrize(
+    ("runs", "samples", "size"),
+    [
+        (1000, 101, LEAST_RUNS),
+        (100_000, 5, 100_000 // MOST_CHUNKS),
+        (100_000, 101, chunks_module.MOST_NUMBERS // (101 * 9)),
+        (1000, 5001, LEAST_RUNS),
+    ],
+)
+def test_many_runs_have_many_chunks_and_large_samples_small_ones(runs: int, samples: int, size: int) -> None:
+    assert next(chunks(planned(runs, samples=samples))).part.runs == size
 
 
 def test_draws_do_not_depend_on_the_number_of_copies_drawn_at_a_time() -> None:
@@ -133,30 +129,25 @@ def test_a_killed_ensemble_goes_on_to_the_same_tables_and_makes_only_what_is_mis
         assert read_record(tmp_path / "cut", "ensemble")[entry] == read_record(tmp_path / "whole", "ensemble")[entry]
 
 
-def interrupted_after(runs: int, out: Path, chosen: EnsembleStudy) -> None:
-    """Run an ensemble up to an interrupt."""
-    done = 0
-
-    def count(more: int) -> None:
-        nonlocal done
-        done += more
-        if done >= runs:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_study(chosen, out, reporter=Reporter(counted=lambda *_: nullcontext(count)))
-
-
-@pytest.mark.parametrize("damage", [b"", b"other", None])
+@pytest.mark.parametrize("damage", [b"other", None])
 def test_an_interrupted_ensemble_asks_again_for_what_is_missing_or_damaged(
     damage: bytes | None, tmp_path: Path
 ) -> None:
-    interrupted_after(500, tmp_path / "cut", planned(1000))
+    done: list[int] = []
+
+    def count(more: int) -> None:
+        done.append(more)
+        if sum(done) == 500:
+            raise KeyboardInterrupt
+
+    reporter = Reporter(counted=lambda *_: nullcontext(count))
+    with pytest.raises(KeyboardInterrupt):
+        run_study(planned(1000), tmp_path / "cut", reporter=reporter)
     if damage is not None:
         next(answers_folder(tmp_path / "cut", "ensemble").iterdir()).write_bytes(damage)
-    reporter, told = counting()
+    done[:] = [1]
     run_study(planned(1000), tmp_path / "cut", reporter=reporter, resume=True)
-    assert sum(told) == 1000
+    assert sum(done) == 1001
     run_study(planned(1000), tmp_path / "whole")
     assert table_bytes(tmp_path / "cut") == table_bytes(tmp_path / "whole")
 

@@ -1,7 +1,5 @@
 """Other engines in the round-off study: the frame decides what is left of the reactions, whoever computes them."""
 
-import dataclasses
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -9,7 +7,7 @@ import pytest
 import barchain.studies.roundoff.engines as module
 from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
-from adapters.registry import ENGINES, Registration, UnknownEngineError
+from adapters.registry import ENGINES, Registration
 from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
 from barchain.studies.roundoff import study, third_parties
@@ -54,15 +52,12 @@ def test_reactions_get_worse_as_the_chain_shrinks_in_the_inertial_frame_only(sol
 
 
 def test_reactions_of_index_3_grow_as_the_square_of_the_steps_and_those_of_index_2_have_a_floor(solution):
-    coarse, fine = (medians(solution, "exudyn-absolute-index3", 2, steps)["reaction"] for steps in (12288, 49152))
-    assert 16.0 / SCATTER < fine / coarse < 16.0 * SCATTER
+    """Index 3 closes its gaps to the rounding of a place."""
+    coarse, fine = (medians(solution, "exudyn-absolute-index3", 2, steps) for steps in (12288, 49152))
+    assert 16.0 / SCATTER < fine["reaction"] / coarse["reaction"] < 16.0 * SCATTER
+    assert coarse["gap"] * 1e-7 * 6378e3 < 4.0 * np.spacing(load_scene("paper/fig15").radius0_m)
     coarse, fine = (medians(solution, "exudyn-absolute", 2, steps)["reaction"] for steps in (12288, 49152))
     assert 1.0 / SCATTER < fine / coarse < SCATTER
-
-
-def test_index_3_closes_its_gaps_to_the_rounding_of_a_place(solution):
-    gap_m = medians(solution, "exudyn-absolute-index3", 2, 12288)["gap"] * 1e-7 * 6378e3
-    assert gap_m < 4.0 * np.spacing(load_scene("paper/fig15").radius0_m)
 
 
 def test_index_3_from_the_body_s_centre_does_not_stall_on_long_bars():
@@ -89,35 +84,26 @@ def test_engines_start_where_the_truth_does():
 
 
 def test_steps_are_those_of_the_scenes_own_orbit_and_told_as_taken(solution):
-    rows = engine_rows(solution, "pymunk", 1, 4096)
-    assert {row["steps_per_orbit"] for row in rows} == {4096.0}
+    rows = engine_rows(solution, "pymunk", 1, 100)
+    assert {row["steps_per_orbit"] for row in rows} == {4096.0}  # two steps a sample at least
     assert {(row["engine"], row["frame"], row["ratio"]) for row in rows} == {("pymunk", "moving", 1e-5)}
-    assert engine_rows(solution, "pymunk", 1, 100)[0]["steps_per_orbit"] == 4096.0  # two steps a sample at least
     rows = engine_rows(solution, "reference-absolute", 1, 1e-6)
     assert {(row["engine"], row["frame"], row["rtol"]) for row in rows} == {("reference", "inertial", 1e-6)}
-    assert {row["members"] for row in rows} == {MEMBERS}
-    assert {row["outcome"] for row in rows} == {"reported"}
-
-
-def use(monkeypatch, registration):
-    """Let every name be this registration's, as an engine of barchain's own."""
-    monkeypatch.setitem(ENGINES, "it", registration)
-    monkeypatch.setattr(module, "find_engine", lambda _: registration)
+    assert {(row["members"], row["outcome"]) for row in rows} == {(MEMBERS, "reported")}
 
 
 @pytest.mark.parametrize(
-    ("engine", "why"),
-    [("GivesUp", ("failed", "step size became zero")), ("Raises", ("failed", "ZeroDivisionError: inside the engine")),
-     ("ReturnsNan", ("not_finite", "angle_rad is not finite"))],
-)  # fmt: skip
-def test_an_engine_that_fails_costs_its_own_row_and_says_why(solution, monkeypatch, engine, why):
-    use(monkeypatch, Registration(f"tests.support.faulty_engines:{engine}"))
+    ("engine", "outcome", "reason"),
+    [("Raises", "failed", "ZeroDivisionError: inside"), ("ReturnsNan", "not_finite", "angle_rad is not finite")],
+)
+def test_an_engine_that_fails_costs_its_own_row_and_says_why(solution, monkeypatch, engine, outcome, reason):
+    monkeypatch.setattr(module, "find_engine", lambda _: Registration(f"tests.support.faulty_engines:{engine}"))
     rows = engine_rows(solution, "it", 0, 1e-6)
     assert [row["quantity"] for row in rows] == ["attitude", "reaction", "gap"]
-    assert {
-        (row["outcome"], row["reason"].partition(" from")[0].partition(" (")[0], row["members"]) for row in rows
-    } == {(*why, 0)}
-    assert np.isnan([row["median"] for row in rows]).all()
+    for row in rows:
+        assert (row["outcome"], row["members"]) == (outcome, 0)
+        assert row["reason"].startswith(reason)
+        assert np.isnan(row["median"])
 
 
 def test_members_that_fail_count_as_lost(solution, monkeypatch):
@@ -131,27 +117,23 @@ def test_members_that_fail_count_as_lost(solution, monkeypatch):
 
     monkeypatch.setattr(Reference, "simulate", sometimes)
     row = engine_rows(solution, "reference", 0, 1e-6)[0]
-    assert row["outcome"] == "failed"
-    assert row["reason"].startswith(
-        f"1 of {MEMBERS} runs: ZeroDivisionError: once (tests.studies.test_roundoff_engines:"
-    )
+    assert (row["outcome"], row["members"]) == ("failed", MEMBERS)
+    assert row["reason"].startswith(f"1 of {MEMBERS} runs: ZeroDivisionError: once")
     assert np.isinf(row["largest"])
     assert row["median"] < 1e-14
-    assert row["members"] == MEMBERS
 
 
 def test_what_is_missing_or_refused_says_so(solution, monkeypatch):
-    with pytest.raises(UnknownEngineError):
-        engine_rows(solution, "nonsense", 0, 1e-6)
     monkeypatch.setattr(Reference, "unsupported", classmethod(lambda cls, scene: "not today"))
     rows = engine_rows(solution, "reference", 0, 1e-6)
     assert {(row["outcome"], row["reason"]) for row in rows} == {("unsupported", "not today")}
     missing = Registration("adapters.reference.numpy_engines:Reference", "no-such-thing", "no_such_thing", "get it")
-    use(monkeypatch, missing)
+    monkeypatch.setattr(module, "find_engine", lambda _: missing)
     rows = engine_rows(solution, "reference", 0, 1e-6)
     assert {(row["outcome"], row["reason"]) for row in rows} == {("missing", missing.missing)}
-    monkeypatch.setitem(study.ENGINES, "mujoco", missing)
+    monkeypatch.setitem(ENGINES, "mujoco", missing)
     assert [t.arguments for t in study.engines(full=False) if t.arguments[0] == "mujoco"] == [("mujoco", 0, 4096)]
+    assert not any(name.startswith("mujoco") for name in present())
 
 
 def curve(engine, frame, ratio, error, quantity="reaction"):
@@ -208,12 +190,9 @@ def test_the_plan_has_each_engine_in_both_frames_over_a_wide_range_of_steps():
     assert min(t.solution.members for t in tasks) >= 30
     for name, values in SWEEPS.items():
         assert max(values) / min(values) >= 30.0
-        assert len(values) >= 3
         if not ENGINES[name].missing:
             assert {t.arguments[1] for t in tasks if t.arguments[0] == name} == {0, 1, 2}
     assert len(tasks_of(("engines",), full=True)) > 3 * len(tasks)
-    evaluated = [t.arguments for t in tasks_of(("evaluation",)) if t.table == "evaluation"]
-    assert {n for _, names, _ in evaluated for n in names} >= set(present())
 
 
 @pytest.fixture(scope="module")
@@ -255,9 +234,3 @@ def test_what_they_lose_beyond_that_is_the_square_of_the_orbital_speed(name, mon
             monkeypatch.setattr(third_parties, "circular_m_s", lambda e, f=faster: circular(e) * EXACT.cast(f))
             found[faster] = np.median(errors(THIRD_PARTIES[name], FLOAT64, exact)["formula", "reaction"])
     assert 1e4 / SCATTER < found[100.0] / found[1.0] < 1e4 * SCATTER
-
-
-def test_what_is_not_installed_is_left_out(monkeypatch):
-    gone = dataclasses.replace(ENGINES["mujoco"], module="no_such_module_here")
-    monkeypatch.setitem(third_parties.ENGINES, "mujoco", gone)
-    assert not any(name.startswith("mujoco") for name in present())

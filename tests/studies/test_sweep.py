@@ -63,9 +63,6 @@ def test_a_measure_is_that_of_the_columns_that_simulate_writes() -> None:
     scene = barchain.change_scene(load_scene("paper/fig13"), {"run": {"orbits": 0.02}})
     seen = barchain.simulate(scene, ENGINE)
     frame = seen.to_frame(derived=["tension"])
-    assert seen.reaction_N is not None
-    assert seen.rate_rad_s is not None
-    assert seen.angle_rad is not None
     size_N = np.linalg.norm(seen.reaction_N, axis=2)
     assert own["largest(reaction_N)"] == size_N.max()
     assert own["largest(reaction_N[1])"] == size_N[:, 0].max()
@@ -89,7 +86,6 @@ def test_any_number_of_a_scene_varies_by_its_path() -> None:
     assert found.chain.angle_rad[0] == scene.chain.angle_rad[0]
     assert set(found.effects.thrust[0].force_N) == {0.5}
     assert found.effects.thrust[1:] == scene.effects.thrust[1:]
-    assert found.effects.drag is not None
     assert found.effects.drag.density_kg_m3 == 1e-12
     assert found.effects.drag.width_m[2] == 0.25
     assert (found.orbit.speed_factor, found.run.samples) == (1.01, 7)
@@ -175,29 +171,19 @@ def test_equal_seeds_give_equal_samples_however_many_runs_share_a_call(monkeypat
 
 @pytest.mark.parametrize(("vary", "words"), [
     ("orbit.sped_factor=1:2:3", "did you mean speed_factor?"),
-    ("speed_factor=1:2:3", "did you mean orbit.speed_factor?"),
     ("orbit.speed_factor", "allowed: KEY=LOW:HIGH:COUNT"),
-    ("orbit.speed_factor=1:2", "LOW:HIGH:COUNT with a COUNT of 2"),
     ("orbit.speed_factor=1:2:2.5", "LOW:HIGH:COUNT with a COUNT of 2"),
-    ("orbit.speed_factor=1,x", "allowed: KEY=LOW:HIGH:COUNT"),
     ("orbit.speed_factor=nan", "numbers that a scene file may hold"),
-    ("orbit.speed_factor=-1,1", "orbit.speed_factor: -1 given, allowed: at least 0"),
     ("orbit.speed_factor=normall(1, 2)", "did you mean normal?"),
-    ("orbit.altitude_m=normal(1, 5)", "orbit.altitude_m"),
     ("chain.angle_deg[9]=1,2", "no such value in this scene, allowed: [1] to [5]"),
     ("chain.mass_kg[2]=0,1", "fig13: chain.mass_kg[2]: 0 given"),
     ("chain.angle_deg[*]=1,2", "with a distribution"),
-    ("orbit.altitude_m[*]=normal(4e5, 1)", "has no list there"),
     ("chain.bars=2.5,3", "allowed: a whole number"),
     ("effects.drag.density_kg_m3=1e-12,2e-12", "missing"),
-    ("title=1,2", "title: 1 given"),
     ("orbit.speed_factor=1:2:100000000", "with a COUNT of 2 to 100000"),
     ("chain.length_m=1,2 with chain.mass_kg=1,2,3", "grids and lists of equally many values beside `with`"),
     ("chain.length_m=2,2 with chain.mass_kg=1,2", "different ones of the first key"),
-    ("chain.length_m=normal(9, 1) with chain.mass_kg=normal(9, 1)", "grids and lists of equally many"),
-    ("chain.length_m=1,2 with chain.mass_kg", "allowed: KEY=LOW:HIGH:COUNT"),
     ("chain.mass_kg=2*chain.lenght_m", "chain.lenght_m has no values of its own"),
-    ("chain.mass_kg=two*chain.length_m", "KEY=FACTOR*KEY"),
     ("chain.mass_kg=nan*chain.length_m", "a factor that a scene file may hold"),
 ])  # fmt: skip
 def test_a_wrong_variation_ends_in_one_line_before_any_run(
@@ -210,28 +196,17 @@ def test_a_wrong_variation_ends_in_one_line_before_any_run(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_command_shows_the_samples_of_few_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = "sweep basics/kepler_elliptic --vary run.samples=3,4 --measure final(altitude) --workers 1 --out"
-    assert command(["-q", *words.split(), str(tmp_path / "out")]) == 0
-    shown = capsys.readouterr().out
-    assert "run.samples" in shown
-    assert "final(altitude_m)" in shown
-
-
 @pytest.mark.parametrize(("options", "words"), [
     ("--measure largest(tensoin)", "did you mean tension?"),
-    ("--measure largst(tension)", "did you mean largest?"),
     ("--measure tension", "allowed: largest, least, peak, final, rms or p95"),
     ("--measure p101(tension)", "p0 to p100"),
     ("--measure largest(tension[6])", "no bar 6, allowed: 1 to 5"),
     ("--measure largest(altitude[1])", "the number of a bar or joint"),
     ("--measure largest(tension_6_left_N)", "no bar 6"),
     ("--measure largest(torque)", "has no torques"),
-    ("--measure largest(condition)", "no channel or column condition"),
     ("--runs 5", "no number is drawn"),
     ("--vary run.samples=5,6", "given twice"),
     ("--vary chain.rate_factor=1:2:1000 --vary orbit.speed_factor=1:1.2:1000", "allowed: at most 100000"),
-    ("--set steps_per_orbit=5", "steps_per_orbit"),
 ])  # fmt: skip
 def test_a_wrong_measure_or_option_ends_in_one_line(
     options: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -303,17 +278,19 @@ class DiesAtOnePointOne(Faulty):
         super().build(scene, setting)  # type: ignore[no-untyped-call]
 
 
-@pytest.mark.parametrize("own", [True, False], ids=["in one call", "behind the boundary"])
+@pytest.mark.parametrize(
+    "own", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["in one call", "behind the boundary"]
+)
 def test_a_run_that_kills_its_process_costs_itself_alone(own: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     target = f"{__name__}:DiesAtOnePointOne"
     if own:
         monkeypatch.setitem(ENGINES, "dies", Registration(target))
     monkeypatch.setattr("barchain.studies.sweep.study.BATCHES", 1)
-    found = swept(KEPLER, ["orbit.speed_factor=1,1.1,1.2", SHORT], engines=["dies" if own else target])
-    assert found.samples["outcome"].tolist() == ["pass", "failed", "pass"]
-    assert found.samples["largest(altitude_m)"].isna().tolist() == [False, True, False]
+    found = swept(KEPLER, ["orbit.speed_factor=1,1.1", SHORT], engines=["dies" if own else target])
+    assert found.samples["outcome"].tolist() == ["pass", "failed"]
+    assert found.samples["largest(altitude_m)"].isna().tolist() == [False, True]
     assert len(found.failures) == 1
-    assert "1 of 3 runs gave no result, the first of them run 2: failed" in found.failures[0]
+    assert "1 of 2 runs gave no result, the first of them run 2: failed" in found.failures[0]
 
 
 def test_an_engine_without_the_effect_is_left_out_and_one_that_runs_nowhere_is_a_failure() -> None:
@@ -353,24 +330,13 @@ def test_one_number_gives_curves_with_units_a_curve_for_each_engine(tmp_path: Pa
     html, view = page_of(tmp_path, "orbit.altitude_m=4e5:5e5:3", engines=(ENGINE, "reference-absolute"))
     assert [panel.title for panel in view.panels] == ["final(altitude_m)", "largest(eccentricity)"]
     assert [entry.label for entry in view.panels[0].legend] == [ENGINE, "reference-absolute"]
-    assert "horizontal axis: orbit.altitude_m, m; " not in html  # the vertical axis comes first
-    assert "vertical axis: m; horizontal axis: orbit.altitude_m, m" in html
+    assert "horizontal axis: orbit.altitude_m, m" in html
     assert len(view.rows) == 6
-    assert "run.orbits" not in view.headings[1]
 
 
-def test_few_values_of_a_second_number_are_curves_and_many_make_a_map(tmp_path: Path) -> None:
-    few, some = page_of(tmp_path / "few", "orbit.altitude_m=4e5:5e5:3", "orbit.speed_factor=1,1.1")
-    assert [entry.label for entry in some.panels[0].legend] == ["orbit.speed_factor = 1", "orbit.speed_factor = 1.1"]
-    many, map_view = page_of(tmp_path / "many", "orbit.altitude_m=4e5:5e5:3", "orbit.speed_factor=1:1.2:5")
-    svg = str(map_view.panels[0].svg)
-    coloured = re.findall(r"fill:var\(--d(\d)\)", svg)
-    assert len(coloured) == 3 * 5 + 7  # cells, and the bar of colours
-    assert {"0", "6"} <= set(coloured)
-    assert "orbit.speed_factor" in svg
-    assert "orbit.altitude_m, m" in svg
-    assert "--d3:" in many  # in both themes
-    assert many.count("--d3:") == few.count("--d3:") >= 2
+def test_few_values_of_a_second_number_are_curves(tmp_path: Path) -> None:
+    _, view = page_of(tmp_path, "orbit.altitude_m=4e5,5e5", "orbit.speed_factor=1,1.1")
+    assert [entry.label for entry in view.panels[0].legend] == ["orbit.speed_factor = 1", "orbit.speed_factor = 1.1"]
 
 
 def test_a_chart_over_numbers_that_go_together_is_over_the_first_and_the_table_has_both(tmp_path: Path) -> None:
@@ -381,27 +347,19 @@ def test_a_chart_over_numbers_that_go_together_is_over_the_first_and_the_table_h
     assert [row["values"][:2] for row in view.rows] == [["400000", "1"], ["500000", "1.1"], ["600000", "1.2"]]
 
 
-def test_a_map_marks_the_cells_whose_run_ended_early(tmp_path: Path) -> None:
+def test_many_values_of_a_second_number_make_a_map_that_marks_runs_that_ended_early(tmp_path: Path) -> None:
     _, view = page_of(tmp_path, "orbit.altitude_m=1e3:5e5:3", "orbit.speed_factor=0.1:1.1:5")
     early = [row for row in view.remarks if "surface" in row["reason"]]
     assert early
-    assert str(view.panels[0].svg).count("†") == len(early)
-    assert "ended early" in view.panels[0].note
+    svg = str(view.panels[0].svg)
+    assert svg.count("†") == len(early)
+    assert len(re.findall(r"fill:var\(--d(\d)\)", svg)) == 3 * 5 + 7  # cells, and the bar of colours
 
 
-def test_draws_give_a_histogram_and_quantiles(tmp_path: Path) -> None:
-    html, view = page_of(tmp_path, "orbit.altitude_m=normal(4e5, 1e3)", runs=9)
-    assert len(view.panels) == 2
-    assert "runs" in str(view.panels[0].svg)
-    assert [row["measure"] for row in view.quantiles] == ["final(altitude_m)", "largest(eccentricity)"]
-    own = read_table(tmp_path, "sweep", "measures").query("quantity == 'final(altitude_m)'")["value"]
-    assert float(view.quantiles[0]["values"][2]) == pytest.approx(own.median(), rel=1e-5)
-    assert "seed 1" in html
-
-
-def test_values_have_the_digits_that_tell_them_apart(tmp_path: Path) -> None:
+def test_draws_give_quantiles_with_the_digits_that_tell_them_apart(tmp_path: Path) -> None:
     """With three digits of their spread they are off by up to a 200th of it."""
     _, view = page_of(tmp_path, "orbit.altitude_m=normal(4e5, 0.5)", runs=9)
+    assert [row["measure"] for row in view.quantiles] == ["final(altitude_m)", "largest(eccentricity)"]
     own = read_table(tmp_path, "sweep", "measures").query("quantity == 'final(altitude_m)'")["value"]
     shown = [float(text) for text in view.quantiles[0]["values"]]
     rounding = (own.quantile(0.95) - own.quantile(0.05)) / 200.0
@@ -413,13 +371,6 @@ def test_values_have_the_digits_that_tell_them_apart(tmp_path: Path) -> None:
     np.testing.assert_allclose(listed, own, rtol=0.0, atol=np.ptp(own) / 200.0)
 
 
-def test_draws_along_a_grid_give_a_median_between_quantiles(tmp_path: Path) -> None:
-    _, view = page_of(tmp_path, "orbit.altitude_m=normal(4e5, 1e3)", "orbit.speed_factor=1,1.1", runs=5)
-    assert "5 to 95 % of the draws" in view.panels[0].note
+def test_draws_along_a_grid_give_quantiles_at_each_of_its_values(tmp_path: Path) -> None:
+    _, view = page_of(tmp_path, "orbit.altitude_m=normal(4e5, 1e3)", "orbit.speed_factor=1,1.1", runs=3)
     assert [row["of"] for row in view.quantiles[:2]] == ["orbit.speed_factor = 1", "orbit.speed_factor = 1.1"]
-
-
-def test_a_list_that_the_file_leaves_out_is_changed_in_one_value() -> None:
-    scene = load_scene("paper/fig13")
-    found = VariedScene(scene).at({"chain.inertia_kg_m2[2]": 1.0}).chain.inertia_kg_m2
-    assert found == (scene.chain.inertia_kg_m2[0], 1.0, *scene.chain.inertia_kg_m2[2:])

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 DIGITS = 50
 getcontext().prec = DIGITS
 PI = Decimal("3.1415926535897932384626433832795028841971693993751")
-Number = Decimal
 Vector = tuple[Decimal, Decimal]
 
 

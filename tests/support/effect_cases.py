@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 MU, RADIUS, J2 = 3.986004418e14, 6378e3, 1.08262668e-3
 T_S = 600.0
 """Instant at which forces are looked at"""
-Make = "Callable[[np.random.Generator, ChainModel], Effect]"
 
 
 def chain(random: np.random.Generator, bars: int, length_m: float, gravity: str = "point") -> ChainModel:

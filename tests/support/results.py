@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
 COMPARISON = "comparison"
 FILES = {files.study: files for files in STUDIES}
+MADE: dict[str, Any] = {
+    "finished": True, "command": "barchain", "created": "2026-01-05T10:20:30+00:00", "seconds": 12.0,
+    "environment": {"cpu": "Example CPU", "cores": 2}, "packages": {"numpy": "2"},
+}  # fmt: skip
+"""How a synthetic study was made, for its record"""
 
 
 def record_file(folder: Path, study: str = COMPARISON) -> Path:
