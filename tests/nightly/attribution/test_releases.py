@@ -54,28 +54,26 @@ def test_releases_are_wheels_that_fit_here_in_the_order_of_their_versions(files:
     assert [str(r.version) for r in releases_of("mujoco", "3.10")] == ["3.10.0"]
 
 
-def test_a_first_version_that_is_none_is_told(files: list[SimpleNamespace]) -> None:
+@pytest.mark.parametrize(
+    ("given", "since", "said"),
+    [
+        ("mujocco", "", "did you mean mujoco"),
+        ("reference", "", "part of barchain"),
+        ("mujoco", "latest", "latest given, allowed: a version"),
+        ("mujoco", "9", "no wheel for this Python and platform from 9 on"),
+    ],
+)
+def test_an_engine_or_a_version_without_releases_is_told(
+    files: list[SimpleNamespace], given: str, since: str, said: str
+) -> None:
     assert files == []
-    with pytest.raises(PinnedEnvironmentError, match="latest given, allowed: a version"):
-        releases_of("mujoco", "latest")
+    with pytest.raises(PinnedEnvironmentError, match=said):
+        releases_study(given, since=since)
 
 
 def test_an_engine_or_its_distribution_can_be_named() -> None:
     assert engine_and_distribution("exudyn") == ("exudyn", "exudyn")
     assert engine_and_distribution("pin") == ("pinocchio", "pin")
-    assert engine_and_distribution("scipy")[1] == "scipy"
-
-
-@pytest.mark.parametrize(("given", "said"), [("mujocco", "did you mean mujoco"), ("reference", "part of barchain")])
-def test_a_name_without_releases_is_told(given: str, said: str) -> None:
-    with pytest.raises(PinnedEnvironmentError, match=said):
-        engine_and_distribution(given)
-
-
-def test_an_engine_without_a_fitting_wheel_is_told(files: list[SimpleNamespace]) -> None:
-    assert files == []
-    with pytest.raises(PinnedEnvironmentError, match="no wheel for this Python and platform from 9 on"):
-        releases_study("mujoco", since="9")
 
 
 def test_scenes_that_the_engine_does_not_support_are_told(files: list[SimpleNamespace]) -> None:

@@ -19,7 +19,7 @@ from barchain.nightly.history.judging import change_named, changes_named, judge
 from barchain.nightly.history.nights import NightStore, open_store
 from barchain.nightly.history.standing import every_change
 from tests.nightly.history.histories import history_of, news_of
-from tests.nightly.history.synthetic import bits, count, error, night, verdict
+from tests.nightly.history.synthetic import count, error, night, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,16 +66,10 @@ def test_an_acceptance_ends_on_its_date() -> None:
     ],
 )
 def test_verdicts_and_counts_are_accepted_exactly(was, now, later) -> None:
-    nights = history_of([was], [now], [later])
-    first, second = news_of(nights)
+    first, second = news_of(history_of([was], [now], [later]))
     (made,) = acceptances_of([first], "someone", AT, "known")
     assert accepting(first, [made], AT) is made
     assert accepting(second, [made], AT) is None
-
-
-def test_a_reason_is_needed() -> None:
-    with pytest.raises(ValueError, match="reason"):
-        acceptances_of([last_change(1e-5, 3e-5)], "someone", AT, " ")
 
 
 def test_acceptances_are_stored_once_and_outlive_their_nights(store: NightStore) -> None:
@@ -88,14 +82,6 @@ def test_acceptances_are_stored_once_and_outlive_their_nights(store: NightStore)
     assert len(worse_and_not_accepted(judged, [], AT)) == 1
     store.prune(keep=1)
     assert accepted(store) == (made,)
-
-
-def test_a_run_that_is_not_reproducible_can_not_be_accepted(store: NightStore) -> None:
-    for k, word in enumerate(("aa", "bb")):
-        store.add(night(bits(word), number=k))
-    (change,) = judge(store).tonight
-    with pytest.raises(HistoryError, match="can't be accepted"):
-        accept(store, [change], "someone", "never mind")
 
 
 @pytest.fixture
@@ -129,7 +115,6 @@ def test_changes_are_listed_accepted_and_then_shown_as_accepted(
     [
         (["changes", "2026-02"], "no such night"),
         (["accept", "paper/fig05:mujoco:steps_per_orbit=1000:attitude.mx", "--reason", "x"], "attitude.max?"),
-        (["accept", "0123456789"], "--reason"),
         (["accept", error().identity.name, "--reason", " "], "--reason"),
         (["accept", error().identity.name, "--reason", "x", "--until", "2020-01-01"], "has passed"),
         (["accept", error().identity.name, "--reason", "x", "--until", "soon"], "soon"),

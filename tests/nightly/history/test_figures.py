@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 from barchain.nightly.figures.figure import Figure, FigureError, Night, NightPart
 from tests.nightly.history.synthetic import (
@@ -25,12 +26,8 @@ from tests.nightly.history.synthetic import (
 def test_a_number_that_is_none_is_not_stored(value: float) -> None:
     with pytest.raises(FigureError, match="a finite number"):
         error(value)
-
-
-def test_a_missing_figure_has_a_reason() -> None:
     with pytest.raises(FigureError, match="without a reason"):
         Figure(identity())
-    assert Figure(identity(), reason="timed out").missing
 
 
 def test_a_night_is_the_same_in_any_order_of_its_figures() -> None:
@@ -40,6 +37,7 @@ def test_a_night_is_the_same_in_any_order_of_its_figures() -> None:
     assert a.name == b.name
 
 
+@settings(max_examples=20, deadline=None)
 @given(nights())
 def test_a_night_is_another_if_any_number_is(made: Night) -> None:
     later = night(*made.figures, count(3.0, "one more"))
@@ -55,8 +53,6 @@ def test_a_digest_counts_before_a_version_and_an_unknown_one_differs_from_none()
 
 
 def test_the_kernel_and_the_packages_are_no_part_of_the_machine_class_and_the_processor_is() -> None:
-    import dataclasses
-
     other = dataclasses.replace(ENVIRONMENT, kernel="Linux 7", python="3.12.1", blas="mkl")
     assert other.machine_class == ENVIRONMENT.machine_class
     for change in ({"cpu": "Other"}, {"cpu_flags": "avx"}, {"cores": 4}, {"libc": "musl"}, {"architecture": "arm"}):

@@ -62,11 +62,6 @@ def test_a_run_that_stays_without_time_is_told_once() -> None:
     assert NO_TIME in change.reason
 
 
-def test_a_run_that_never_had_time_is_no_change() -> None:
-    nights = history_of(*[[left_out()] for _ in range(2 * PATIENCE)])
-    assert news_of(nights) == []
-
-
 def test_counts_of_a_run_without_time_have_not_vanished() -> None:
     outcome, steps = identity("cost.outcome", FigureKind.VERDICT), count(quantity="cost.steps")
     there, away = Figure(outcome, word="pass", depends=NAMES), Figure(outcome, reason=NO_TIME, depends=NAMES)

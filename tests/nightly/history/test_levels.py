@@ -58,16 +58,8 @@ def held(store: NightStore) -> list[float | None]:
     return [state.change.factor for state in standing(judge(store), accepted(store)) if state.acceptance is not None]
 
 
-def test_a_small_step_after_a_large_one_is_told_with_its_own_factor_and_stands_with_the_whole_one(
-    store: NightStore,
-) -> None:
-    judged = add(store, 1, 5, 6)
-    assert [change.factor for change in judged.tonight] == pytest.approx([1.2])
-    ((factor, steps),) = red(store)
-    assert (factor, steps) == (pytest.approx(6.0), 2)
-
-
 COURSES = {
+    "two steps are open with their whole factor": ((1, 5, 6), set(), [(6, 2)], []),
     "an accepted small step leaves the large one before it open": ((1, 5, 6), {2}, [(5, 1)], []),
     "steps that were accepted one after the other are accepted together": ((1, 5, 6), {1, 2}, [], [6]),
     "an accepted step stays so once the open one before it is undone": ((1, 5, 6, 1.2), {2}, [], [1.2]),
@@ -226,27 +218,18 @@ def test_levels_that_a_night_lost_are_folded_again(store: NightStore, damage: st
     assert folded_night(store, store.summary("latest"), store.nights()) == before
 
 
-def test_levels_of_a_night_from_another_history_hide_nothing_that_is_open(store: NightStore, tmp_path: Path) -> None:
-    add(store, 1, 5, 5)
+@pytest.mark.parametrize("copied", ["latest", "earlier"])
+def test_nights_from_another_history_hide_nothing_that_is_open(store: NightStore, tmp_path: Path, copied: str) -> None:
     other = open_store(str(tmp_path / "other"), create=True)
-    add(other, 5, first=3)
-    (copied,) = other.nights()
+    if copied == "latest":
+        add(store, 1, 5, 5)
+        add(other, 5, first=3)
+    else:
+        add(other, 20, 6, first=3)
+        add(store, 1, 5, 5, first=10)
     for name in other.place.sizes("*/*"):
         store.place.write(name, other.place.read(name) or b"")
-    assert read_levels(store.place, copied) is not None
-    assert red(store) == [(pytest.approx(5.0), 1)]
-    add(store, 5, first=4)
-    assert red(store) == [(pytest.approx(5.0), 1)]
-
-
-def test_earlier_nights_from_another_history_hide_nothing_that_is_open_either(
-    store: NightStore, tmp_path: Path
-) -> None:
-    other = open_store(str(tmp_path / "other"), create=True)
-    add(other, 20, 6, first=3)
-    add(store, 1, 5, 5, first=10)
-    for name in other.place.sizes("*/*"):
-        store.place.write(name, other.place.read(name) or b"")
+    assert read_levels(store.place, other.nights()[0]) is not None
     assert red(store) == [(pytest.approx(5.0), 1)]
     add(store, 5, first=13)
     assert red(store) == [(pytest.approx(5.0), 1)]

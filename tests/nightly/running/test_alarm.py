@@ -51,10 +51,6 @@ def test_a_fault_that_an_interrupted_self_test_did_not_try_in_all_scenes_does_no
     assert alarm_test(folder) == AlarmTest(1)
 
 
-def test_a_self_test_of_which_no_fault_came_to_its_end_is_no_test_of_the_alarm(tmp_path: Path) -> None:
-    assert alarm_test(selftest(tmp_path, ("cut", "basics/a", "killed"), complete=False)) is None
-
-
 def test_an_alarm_that_planted_nothing_is_a_failed_part_and_not_a_silent_one(tmp_path: Path) -> None:
     folder = selftest(tmp_path, *everywhere("cut", "not applicable"), complete=True)
     result = result_of(JOB, JOB, 10.0, Finished(0, 1.0), folder)

@@ -27,7 +27,7 @@ from reports.render import render
 from reports.results.comparison import FILES
 from reports.results.nights import STATE
 from reports.results.nights.document import AlarmTest, NightlyFile, NightRun, PartResult, PartState, ratio_words
-from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
+from tests.nightly.history.synthetic import NAMES, PARTS, bits, count, error, night, ratio, verdict
 from tests.support.nightly import read_nightly
 from tests.support.results import write_results
 
