@@ -11,7 +11,7 @@ import pytest
 
 from adapters.engine import EngineError
 from adapters.registry import ENGINES, Registration
-from barchain.cli.common.exit_codes import MEANINGS, ExitCode
+from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.main import cli, main, run
 from tests.support.slow import one_in
 
@@ -100,10 +100,6 @@ def test_a_fault_of_barchain_itself_exits_with_70_and_a_traceback(failing, monke
         main()
     assert ended.value.code == 70
     assert "ZeroDivisionError: inside" in capsys.readouterr().err
-
-
-def test_every_exit_code_has_a_meaning():
-    assert set(MEANINGS) == set(ExitCode)
 
 
 def test_python_m_barchain_is_the_command_line():

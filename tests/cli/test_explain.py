@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from barchain.cli.common.meanings import MISTAKES, UnknownWordError, explain, kinds
+from barchain.cli.common.meanings import MISTAKES, explain, kinds
 from barchain.cli.main import run
 from reports.results.outcome import Outcome
 
@@ -27,6 +27,11 @@ def test_a_word_is_explained(word: str, kind: str, said: str) -> None:
     assert [m.kind for m in explain(word) if said in m.text] == [kind]
 
 
+def test_a_word_may_have_several_meanings() -> None:
+    assert {m.word for m in explain("width_m")} == {"effects.drag.width_m", "effects.solar_pressure.width_m"}
+    assert "reaction-sign" in {m.word for m in explain("Your reactions have the opposite sign")}
+
+
 def test_every_outcome_and_mistake_has_one_meaning() -> None:
     found = kinds()
     assert [m.word for m in found["outcomes"]] == list(Outcome)
@@ -34,23 +39,10 @@ def test_every_outcome_and_mistake_has_one_meaning() -> None:
     assert all(m.text and m.page for every in found.values() for m in every)
 
 
-def test_a_key_of_two_effects_is_explained_for_both() -> None:
-    assert {m.word for m in explain("width_m")} == {"effects.drag.width_m", "effects.solar_pressure.width_m"}
-
-
-def test_a_part_of_a_diagnosis_finds_its_mistakes() -> None:
-    assert "reaction-sign" in {m.word for m in explain("Your reactions have the opposite sign")}
-
-
 @pytest.mark.parametrize(("given", "meant"), [("inconsistant", "inconsistent"), ("altitude_km", "altitude_m")])
 def test_a_misspelt_word_leads_to_the_nearest(given: str, meant: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["explain", given]) == 2
     assert f"did you mean {meant}?" in capsys.readouterr().err
-
-
-def test_a_word_like_no_other_is_told_where_the_words_are() -> None:
-    with pytest.raises(UnknownWordError, match="barchain explain"):
-        explain("qqq")
 
 
 def test_without_a_word_the_kinds_are_listed_and_a_kind_lists_its_words(capsys: pytest.CaptureFixture[str]) -> None:

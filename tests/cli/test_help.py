@@ -13,50 +13,22 @@ import pytest
 from barchain.cli.main import cli, run
 from tests.support.slow import one_in
 
-HEAVY = (
-    "numpy",
-    "scipy",
-    "pandas",
-    "pydantic",
-    "matplotlib",
-    "rich",
-    "exudyn",
-    "fsspec",
-    "adapters",
-    "scenarios",
-    "reports",
-)
+HEAVY = ("numpy", "scipy", "pandas", "pydantic", "matplotlib", "rich", "exudyn", "fsspec", "adapters", "scenarios",
+         "reports")  # fmt: skip
 COMMANDS = sorted(cli.commands)
 OWN_MEANING = {
-    "--baseline",
-    "--columns",
-    "--degrees",
-    "--junit",
-    "--list",
-    "--part",
-    "--out",
-    "--engine",
-    "--time-limit",
-    "--minutes",
-    "--repeats",
-    "--runs",
-    "--full",
-    "--vary",
-}  # more is said of these where it differs
+    "--baseline", "--columns", "--degrees", "--junit", "--list", "--part", "--out", "--engine", "--time-limit",
+    "--minutes", "--repeats", "--runs", "--full", "--vary", "--rtol", "--orbits", "--seed", "--tag",
+}  # fmt: skip
+"""Options of which more is said where it differs"""
 
 
-def test_barchain_alone_prints_help_without_a_prefix_and_exits_with_0(capsys):
+def test_barchain_alone_prints_help_on_one_screen_and_exits_with_0(capsys):
     assert run([]) == 0
     shown = capsys.readouterr()
-    assert shown.out.startswith("Usage: barchain")
-    assert "barchain: " not in shown.out
+    lines = shown.out.splitlines()
+    assert lines[0].startswith("Usage: barchain")
     assert shown.err == ""
-
-
-def test_commands_stand_in_sections_on_one_screen(capsys):
-    run(["--help"])
-    text = capsys.readouterr().out
-    lines = text.splitlines()
     assert len(lines) <= 45
     assert max(map(len, lines)) <= 80
 
@@ -79,7 +51,7 @@ def test_an_option_means_the_same_in_every_command():
         for option in (p for p in command.params if isinstance(p, click.Option) and not p.hidden):
             texts[option.opts[-1]].add(str(option.help))
     several = {name for name, found in texts.items() if len(found) > 1}
-    assert several <= OWN_MEANING | {"--rtol", "--orbits", "--seed", "--tag"}
+    assert several <= OWN_MEANING
     assert all(t.startswith("End a run after this wall time, in seconds") for t in texts["--time-limit"])
     assert all(re.match("Give the (study|night|gate) a budget of", t) for t in texts["--minutes"])
     assert "--budget" not in texts
@@ -101,9 +73,3 @@ def test_a_default_in_a_help_is_a_value_that_can_be_typed():
         for option in (p for p in command.params if isinstance(p, click.Option)):
             if isinstance(option.show_default, str):
                 option.type.convert(option.show_default, option, None)
-
-
-def test_the_scaling_study_says_which_chain_it_cuts():
-    from barchain.studies.scaling.study import scaling_study
-
-    assert f"that of {scaling_study(['reference-fast'], [2]).scene.name}," in cli.commands["scaling"].help

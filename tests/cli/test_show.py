@@ -80,12 +80,6 @@ def test_a_wrong_condition_is_one_line_with_what_is_allowed(
     assert said in line
 
 
-def test_a_folder_without_results_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["show", str(tmp_path)]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "no results there; give a folder with results of: comparison, cost" in line
-
-
 def test_without_a_folder_the_result_folders_here_are_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -112,12 +106,3 @@ def test_what_differs_is_shown_with_both_sides_and_wall_times_are_counted(
     assert said.count("gone: comparison, basics/two_bars_free, reference, rtol=1e-10 (") == 1
     (line,) = [line for line in said.splitlines() if "exceeds_bound" in line]
     assert line.split()[-2:] == ["pass", "exceeds_bound"]
-
-
-def test_a_limit_that_changed_is_shown(compared: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    before = spread(barchain.rows(compared))
-    after = before.copy()
-    one = (after.engine == "rebound") & (after.metric == "max") & (after.quantity == "com")
-    after.loc[one, "limit"] *= 2.0
-    show_differences(differing(before, after), timed=False)
-    assert "limit" in capsys.readouterr().out

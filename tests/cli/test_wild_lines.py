@@ -10,16 +10,15 @@ import pytest
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.common.numbers import RealNumber
 from barchain.cli.main import cli, run
-from tests.support.slow import one_in
 
 NAN = {
     "--time-limit": ["cost", "compare basics/libration --out x"], "--orbits": ["cost", "ensemble basics/libration"],
-    "--rtol": ["effects basics/libration"], "--matters": ["effects basics/libration"], "--minutes": ["cost", "scaling"],
+    "--rtol": ["effects basics/libration"], "--matters": ["effects basics/libration"], "--minutes": ["scaling"],
     "--repeats": ["cost"],
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("value", one_in(3, ["nan", "inf", "-inf", "NaN", "1e309"]))
+@pytest.mark.parametrize("value", ["nan", "-inf", "1e309"])
 @pytest.mark.parametrize(("option", "line"), [(option, line) for option, lines in NAN.items() for line in lines])
 def test_nan_and_infinity_are_no_number_for_any_option(option, line, value, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -63,7 +63,7 @@ def tables() -> list[bytes]:
     return [frame.iloc[::every].to_csv(index=False).encode() for every in (100, 100, 100, 100, 70, 70, 70, 70, 70, 25)]
 
 
-@pytest.mark.parametrize("numbers", sampled(20, 1000))
+@pytest.mark.parametrize("numbers", sampled(10, 1000))
 def test_a_damaged_result_is_judged_or_rejected(
     numbers: range, tables: list[bytes], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -83,7 +83,7 @@ def damaged_text(text: str, draw: random.Random) -> bytes:
     return draw.choice(made).encode("utf-8", "surrogatepass") if made else damaged_bytes(text.encode(), draw)
 
 
-@pytest.mark.parametrize("numbers", sampled(10, 200))
+@pytest.mark.parametrize("numbers", sampled(5, 200))
 def test_a_damaged_file_of_engines_is_read_or_rejected(
     numbers: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -63,11 +63,6 @@ def test_no_exception_ends_a_command_with_0(error: BaseException, monkeypatch: p
     assert ended.value.code == (130 if isinstance(error, KeyboardInterrupt) else 70)
 
 
-@pytest.mark.parametrize("line", ["--help", "--version", "compare --help", ""])
-def test_help_and_version_end_with_0(line: str) -> None:
-    assert run(line.split()) == 0
-
-
 def test_a_second_writer_is_refused_and_the_lock_of_a_killed_one_does_not_block(tmp_path: Path) -> None:
     holder = subprocess.Popen([sys.executable, "-c", HOLDER, str(tmp_path)], stdout=subprocess.PIPE)
     assert holder.stdout is not None
