@@ -1,4 +1,8 @@
-"""The command line: what it writes, and how it fails."""
+"""The command line: what it writes, what names and folders of scenes stand for, and how it fails."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -6,10 +10,14 @@ import pytest
 
 import barchain
 from adapters.registry import ENGINES, Registration
+from barchain.cli.common.options import scenes_of
 from barchain.cli.main import run
 from barchain.result_files.drawn_runs import read_run_table
-from scenarios import load_scene
+from scenarios import load_scene, scene_names
 from tests.support.results import read_record
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 QUICK = "basics/libration"
 
@@ -141,3 +149,40 @@ def test_a_file_where_a_folder_should_be_is_one_readable_line(command, tmp_path,
     assert error.count("\n") == 1
     assert "file" in error
     assert "Not a directory" in error
+
+
+OWN = """\
+title = "One bar"
+source = "mine"
+[orbit]
+altitude_m = 500e3
+[chain]
+bars = 1
+mass_kg = 100.0
+length_m = 20.0
+[run]
+orbits = 0.01
+samples = 3
+"""
+
+
+@pytest.mark.parametrize(
+    ("given", "folders"), [("paper", "paper/"), ("paper/", "paper/"), ("core", ("paper/", "basics/"))]
+)
+def test_a_folder_or_a_suite_of_barchain_stands_for_its_scenes(given: str, folders: str | tuple[str, ...]) -> None:
+    assert scenes_of(given) == [name for name in scene_names() if name.startswith(folders)]
+    assert scenes_of("paper/fig05") == ["paper/fig05"]
+
+
+@pytest.mark.slow
+def test_a_folder_of_ones_own_stands_for_its_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("b", "a"):
+        (tmp_path / f"{name}.toml").write_text(OWN)
+    line = ["compare", str(tmp_path), str(tmp_path / "a.toml"), "--engine", "rebound", "--out", str(tmp_path / "out")]
+    assert run(line) == 0
+    assert "2 pass" in capsys.readouterr().out
+
+
+def test_a_folder_without_scenes_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["compare", str(tmp_path), "--engine", "rebound", "--out", str(tmp_path / "out")]) == 2
+    assert "a folder without scenes" in capsys.readouterr().err

@@ -99,14 +99,6 @@ def test_validate_prints_one_line_for_each_fault_of_each_file_and_exits_with_2(t
     assert run(["validate", "paper/fig05"]) == 0
 
 
-def test_labels_of_scenes_are_words_with_units(capsys):
-    for name in ("effects/everything", "effects/thrust_table", "paper/fig17"):
-        assert run(["scenes", "show", name]) == 0
-        labels = [re.split(r" {2,}", line)[0] for line in capsys.readouterr().out.splitlines()]
-        assert not [label for label in labels if "_" in label or "{" in label]
-        assert not [label for label in labels if re.search(r" (m|s|kg|rad|N)$", label) and ", " not in label]
-
-
 @pytest.mark.parametrize(("orbit", "duration_s", "said", "warned"), [
     ("altitude_m = 5e5", 6000.0, "period 5676.81 s (1 h 34 min 37 s), lowest height 500 km", ""),
     ("altitude_m = 7e4", 6000.0, "lowest height 70 km", "below 80 km; was another"),

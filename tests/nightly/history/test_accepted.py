@@ -19,7 +19,7 @@ from barchain.nightly.history.judging import change_named, changes_named, judge
 from barchain.nightly.history.nights import NightStore, open_store
 from barchain.nightly.history.standing import every_change
 from tests.nightly.history.histories import history_of, news_of
-from tests.nightly.history.synthetic import count, error, night, verdict
+from tests.nightly.history.synthetic import error, night, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,20 +56,6 @@ def test_an_acceptance_ends_on_its_date() -> None:
     (made,) = acceptances_of([change], "someone", AT, "for a month", until)
     assert accepting(change, [made], until - datetime.timedelta(seconds=1)) is made
     assert accepting(change, [made], until) is None
-
-
-@pytest.mark.parametrize(
-    ("was", "now", "later"),
-    [
-        (verdict("pass"), verdict("failed"), verdict("timed_out")),
-        (count(100), count(200), count(201)),
-    ],
-)
-def test_verdicts_and_counts_are_accepted_exactly(was, now, later) -> None:
-    first, second = news_of(history_of([was], [now], [later]))
-    (made,) = acceptances_of([first], "someone", AT, "known")
-    assert accepting(first, [made], AT) is made
-    assert accepting(second, [made], AT) is None
 
 
 def test_acceptances_are_stored_once_and_outlive_their_nights(store: NightStore) -> None:

@@ -95,28 +95,12 @@ def test_in_an_incomplete_night_an_engine_must_be_there_where_its_scene_was_done
     assert red(store) is told
 
 
-def test_a_disappearance_still_stands_on_an_incomplete_night(store: NightStore) -> None:
-    for k in range(6):
-        engines = ("mujoco", "pymunk") if k < 4 else ("mujoco",)
-        store.add(night(*map(of, engines), number=k, complete=k < 5))
-    assert red(store)
-
-
 def test_small_drifts_of_an_error_without_rounding_add_up(store: NightStore) -> None:
     directions = []
     for k in range(4):
         store.add(night(error(1e-5 * 1.009**k, tolerance=None), number=k))
         directions += [change.direction for change in judge(store).tonight]
     assert directions == [Direction.CHANGED, Direction.WORSE, Direction.CHANGED]
-
-
-def test_a_void_night_is_not_judged_against_a_baseline_either(store: NightStore) -> None:
-    before, after = night(error(1e-9)), night(error(1e-5), number=1, void="a fault was missed")
-    judged = judge_pair(before, after)
-    assert judged.tonight == ()
-    told = night_facts(store, judged, after, "release")
-    assert exit_code(told, "worse") is ExitCode.NOT_BELIEVED
-    assert "void" in told.sentence
 
 
 def test_bits_are_compared_with_the_last_night_of_the_same_parts_however_long_ago(store: NightStore) -> None:

@@ -13,7 +13,7 @@ from barchain.nightly.figures import steps
 from barchain.nightly.figures.changes import Direction
 from barchain.nightly.figures.figure import FigureKind, FigureUnit
 from barchain.nightly.figures.steps import LEAST_EFFECT, find_steps
-from barchain.nightly.history.acceptances import accept, accepted, accepting, holding
+from barchain.nightly.history.acceptances import accept, accepted, accepting
 from barchain.nightly.history.judging import change_named, changes_named, judge
 from barchain.nightly.history.news import keep_judgement, steps_before, told_by
 from barchain.nightly.history.pruning import needed_nights
@@ -123,18 +123,6 @@ def test_a_step_whose_first_night_was_not_judged_is_held(store: NightStore) -> N
             keep_judgement(store, judged)
             red.append(bool(judged.tonight or still_holding(judged)))
     assert all(red)
-
-
-def test_the_calendar_forgives_until_an_acceptance_ends(store: NightStore) -> None:
-    for k, value in enumerate((1e-5, 2e-5)):
-        store.add(night(error(value), number=k))
-    judged = judge(store)
-    keep_judgement(store, judged)
-    end = datetime.datetime(2999, 1, 1, tzinfo=datetime.UTC)
-    accept(store, judged.tonight, "Ada", "known", end)
-    told, at = told_by(store)[judged.night.name], (end - datetime.timedelta(days=1), end)
-    assert [told.worse(holding(accepted(store), when)) for when in at] == [0, 1]
-    assert len(told.tonight) == 1
 
 
 @pytest.mark.slow

@@ -263,20 +263,6 @@ def test_figures_that_are_new_or_gone_are_counted(url: str, tmp_path: Path) -> N
     assert facts.sentence.startswith("Five figures of 6 changed tonight")
 
 
-def test_page_and_summary_group_the_changes_by_their_cause(url: str, tmp_path: Path) -> None:
-    other = [error(1e-5, f"place.{k}", depends=("judge",)) for k in range(20)]
-    moved = [error(2e-5, f"place.{k}", depends=("judge",)) for k in range(20)]
-    judge_moved = (*NEWER[:-1], NightPart("judge", "0.7.0", "ff"))
-    add(url, night(error(1e-5), *other, number=0), night(error(1e-5), *other, number=1))
-    add(url, night(error(3e-5, depends=("engine:mujoco",)), *moved, number=2, parts=judge_moved))
-    report(url, tmp_path / "out")
-    page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
-    assert re.findall(r'<h3 class="cause">(\d+ worse)', page) == ["1 worse", "20 worse"]
-    assert "<summary>8 more of this cause</summary>" in page
-    summary = (tmp_path / "out" / "summary.md").read_text("utf-8")
-    assert "| judge 0.6.0 → 0.7.0 | 20 worse | mujoco in 1 scene |" in summary
-
-
 def test_a_night_is_reported_in_its_folder_and_the_latest_one_beside_all(url: str, tmp_path: Path) -> None:
     add(url, usual(number=0), usual(2.0, number=1, parts=NEWER))
     store = open_store(url)
@@ -288,16 +274,6 @@ def test_a_night_is_reported_in_its_folder_and_the_latest_one_beside_all(url: st
     own, beside = ((Path(url) / place / "nightly.html").read_text("utf-8") for place in (last, ""))
     assert f'href="../{first}/nightly.html"' in own
     assert f'href="{first}/nightly.html"' in beside
-
-
-def test_a_part_that_was_exchanged_is_told_also_where_nothing_changed(url: str, tmp_path: Path) -> None:
-    add(url, usual(number=0), usual(number=1, parts=NEWER))
-    code, facts = report(url, tmp_path)
-    assert (code, facts.changes) == (0, ())
-    assert [(p.name, p.after) for p in facts.night.exchanged] == [("engine:mujoco", "4.0.0")]
-    told = "engine:mujoco 3.3.0 → 4.0.0"
-    assert f"Parts that differ from {facts.against.last}: {told}." in (tmp_path / "summary.md").read_text("utf-8")
-    assert told in (tmp_path / "nightly.html").read_text("utf-8")
 
 
 def test_an_engine_that_never_passed_fails_where_every_verdict_has_to_pass(url: str, tmp_path: Path) -> None:
@@ -472,19 +448,6 @@ def test_the_part_behind_the_latest_step_is_told_on_quiet_nights_too(url: str, t
         assert both in (tmp_path / "out" / name).read_text("utf-8").replace("<wbr>", "")
 
 
-def test_a_night_is_told_in_a_few_lines_for_a_chat(url: str, tmp_path: Path) -> None:
-    add(url, usual(number=0), usual(number=1), usual(2.0, number=2, parts=NEWER))
-    words = ["history", "tell", "--link", "https://example.org/nightly.html", "--history", url]
-    lines = CliRunner().invoke(cli, words).output.splitlines()
-    assert "one for the worse" in lines[0]
-    assert lines[1].startswith(
-        "worse tonight: paper/fig05:mujoco:steps_per_orbit=1000:attitude.max: 1e-05 rad → 2e-05 rad (×2)"
-    )
-    assert lines[2].startswith("changed tonight: ")
-    assert lines[2].endswith("(engine:mujoco)")  # the sentence before has its version
-    assert lines[3:] == ["https://example.org/nightly.html"]
-
-
 def test_no_line_for_a_chat_is_longer_than_a_chat_shows(url: str) -> None:
     long = [error(1e-5, f"{'quantity' * 8}.{k}") for k in range(8)]
     add(url, night(*long, number=0))
@@ -496,21 +459,6 @@ def test_no_line_for_a_chat_is_longer_than_a_chat_shows(url: str) -> None:
     assert lines[0].startswith(
         "Eight figures are worse than accepted by up to ×6 since 2 January (first engine:mujoco 4.0.0; two steps, "
     )
-
-
-def test_the_console_dates_what_is_worse_and_says_how_much_more_there_is(url: str, tmp_path: Path) -> None:
-    names = [f"place.{k}" for k in range(7)]
-    for number, factor in enumerate((1.0, 2.0, 2.0)):
-        more = [error(3e-5 if number == 2 else 1e-5, "late.max")]
-        add(url, night(*(error(factor * 1e-5, name) for name in names), *more, number=number, parts=NEWER))
-    words = ["history", "report", "--history", url, "--out", str(tmp_path)]
-    shown = CliRunner().invoke(cli, words).output
-    assert shown.startswith(
-        "Eight figures are worse than accepted, one of them new tonight; the other seven by up to ×2 since "
-    )
-    assert shown.count("  worse since 2026-01-02: ") == 5
-    assert "  2 more: worse since earlier" in shown
-    assert shown.count("  worse tonight: ") == 1
 
 
 def test_a_figure_that_is_worse_since_earlier_and_moves_tonight_is_one_line(url: str, tmp_path: Path) -> None:

@@ -94,7 +94,8 @@ def test_a_new_wrong_verdict_is_told_before_figures_that_are_worse_since_earlier
     for number, factor in enumerate((1.0, 2.0, 2.0)):
         word = "inconsistent" if number == 2 else "pass"
         store.add(night(*(error(factor * 1e-5, name) for name in names), verdict(word), number=number, parts=NEWER))
-    lines = told(url)
+    lines = told(url, "--link", "https://example.org/nightly.html")
+    assert lines[-1] == "https://example.org/nightly.html"
     assert "(one verdict: inconsistent)" in " ".join(lines)
     found = [line for line in lines if line.startswith("worse ")]
     assert found[0].startswith("worse tonight: paper/fig05:mujoco:steps_per_orbit=1000:verdict: pass → inconsistent")
