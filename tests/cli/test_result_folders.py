@@ -77,14 +77,6 @@ def test_resume_and_overwrite_exclude_each_other_even_in_an_empty_folder(tmp_pat
         claim([tmp_path / "x"], "x", resume=True, overwrite=True)
 
 
-@pytest.mark.slow
-def test_simulate_replaces_its_table_where_it_is_told_to(tmp_path):
-    out = tmp_path / "run.csv"
-    out.write_text("earlier")
-    assert run(["simulate", "basics/kepler_circular", "--out", str(out), "--overwrite"]) == 0
-    assert out.read_text().startswith("t_s")
-
-
 @pytest.mark.parametrize("mode", ["--resume", "--overwrite"])
 @pytest.mark.parametrize("linked", ["series", "rows", "record", "answers", "series/comparison", "answers/comparison"])
 def test_nothing_outside_a_result_folder_is_deleted_or_written_through_a_link(linked, mode, tmp_path, capsys):

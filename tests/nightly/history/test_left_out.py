@@ -38,12 +38,6 @@ def test_a_run_without_time_is_no_change_and_neither_is_its_return() -> None:
     assert news_of(nights) == []
 
 
-def test_a_verdict_that_flipped_while_its_run_had_no_time_is_told() -> None:
-    nights = history_of(*[[verdict()], [left_out()], [verdict("inaccurate")]])
-    (change,) = news_of(nights)
-    assert (change.was.word, change.now.word, change.since) == ("pass", "inaccurate", nights[2].name)
-
-
 @pytest.mark.parametrize("gap", [1, PATIENCE - 1])
 def test_an_engine_that_was_exchanged_while_its_run_had_no_time_is_the_suspect(gap: int) -> None:
     nights = history_of([verdict()], [verdict()], *[[left_out()]] * gap, [verdict("inconsistent")])

@@ -174,14 +174,6 @@ def test_a_run_that_is_not_reproducible_is_red_on_its_night_only(store: NightSto
     assert standing(judge(store)) == []
 
 
-def test_a_late_night_of_another_machine_leaves_a_quiet_night_quiet(store: NightStore) -> None:
-    add(store, 5, 5, first=10)
-    store.add(night(count(), error(GOOD), number=0, environment=OTHER_CLASS))
-    assert red(store) == []
-    add(store, 5, first=12)
-    assert red(store) == []
-
-
 def test_a_late_night_begins_levels_that_were_not_there_and_changes_nothing_else(store: NightStore) -> None:
     add(store, 5, 5, first=10)
     store.add(night(count(), error(GOOD), error(GOOD, "new.max"), number=1))

@@ -111,13 +111,6 @@ def test_bits_are_compared_with_the_last_night_of_the_same_parts_however_long_ag
     assert change.irreproducible
 
 
-def test_a_figure_of_two_nights_far_apart_is_judged(store: NightStore) -> None:
-    for k in range(LONG):
-        rare = [error(1e-5, "rare.max")] if k in {0, LONG - 1} else []
-        store.add(night(error(), *rare, number=k))
-    assert judge(store).judged == 2
-
-
 @pytest.mark.parametrize("other", [{"plan": "another"}, {"environment": OTHER_CLASS}])
 def test_what_is_gone_stays_gone_on_another_plan_or_machine(store: NightStore, other: dict[str, object]) -> None:
     for k in range(12):
@@ -149,12 +142,6 @@ def standing(store: NightStore) -> list[str]:
     return [
         change.identity.quantity for change in (*judged.tonight, *still_holding(judged)) if change.direction == "worse"
     ]
-
-
-def test_a_drift_below_rounding_on_every_night_is_told_in_the_end(store: NightStore) -> None:
-    for k in range(60):
-        store.add(night(error(1e-5 * (1.0 + 0.0005 * k), tolerance=1e-7), number=k))
-    assert standing(store) == ["attitude.max"]
 
 
 def test_a_figure_that_comes_back_worse_after_a_gap_is_worse(store: NightStore) -> None:

@@ -169,10 +169,3 @@ def test_a_vanished_figure_is_told_and_one_that_is_measured_now_and_then_is_not(
     assert judged_last(rotating).tonight == ()
     interrupted = history_of(full, full, less, complete={2: False})
     assert judged_last(interrupted).tonight == ()
-
-
-def test_a_void_night_is_not_judged_against() -> None:
-    after = history_of([error(1e-5)], [error(9e-5)], [error(1e-5)], void={1: "a fault was missed"})
-    judged = judged_last(after)
-    assert judged.tonight == ()
-    assert judged.judged == 1

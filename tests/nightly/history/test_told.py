@@ -65,20 +65,6 @@ def test_a_slow_down_near_the_threshold_does_not_turn_green_and_red_in_turns(see
     assert red == [k >= first for k in range(60)]
 
 
-def test_a_step_is_told_on_one_night_and_keeps_its_name(store: NightStore) -> None:
-    x = noise(12, 6, 60, 0.02, 0.3)
-    x[0, 30:] += 0.15
-    for k in range(28):
-        store.add(night(*ratios(*np.exp(x[:, k])), number=k))
-    count, names = 0, set()
-    for k in range(28, 44):
-        run_night(store, k, *np.exp(x[:, k]))
-        judged = judge(store)
-        count += len(judged.tonight)
-        names |= {change.id for change in every_change(judged)}
-    assert count == len(names) == 1
-
-
 def test_a_held_step_is_given_up_where_the_levels_no_longer_differ() -> None:
     x = noise(13, 1, 80, 0.01, 0.0)[0]
     known = {40: True}

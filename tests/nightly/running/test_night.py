@@ -9,14 +9,13 @@ import signal
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
-from adapters.registry import ENGINES
 from barchain.cli.main import run
 from barchain.nightly.history.judging import judge
-from barchain.nightly.history.nights import last_run, open_store
+from barchain.nightly.history.nights import open_store
 from barchain.nightly.running import night as running
 from barchain.nightly.running.night import run_night
 from barchain.nightly.running.plan import load_plan
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     from barchain.nightly.running.jobs import NightJob
     from barchain.nightly.running.night import NightEnd
     from barchain.nightly.running.plan import NightPlan
-    from barchain.runs.processes import Finished
 
 PLAN = """
 name = "small"
@@ -86,46 +84,6 @@ def test_two_nights_of_the_same_code_agree_in_every_bit(tmp_path: Path) -> None:
     assert store.summary(first.name).run == first.run
     assert judged.tonight == ()
     assert judged.judged > 10
-
-
-@pytest.mark.exhaustive
-def test_an_engine_that_is_not_installed_costs_its_own_figures_alone_and_the_night_is_incomplete(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(ENGINES, "mujoco", dataclasses.replace(ENGINES["mujoco"], module="nowhere"))
-    named = PLAN.replace('["reference"]', '["mujoco", "reference"]')
-    text = f"{named}settings = {{ mujoco = {{ steps_per_orbit = 99 }} }}\n"
-    (tmp_path / "plan.toml").write_text(text, "utf-8")
-    ended = one_night(load_plan(tmp_path / "plan.toml"), tmp_path)
-    (part,) = ended.run.parts
-    assert (part.state, part.done, part.reason) == (PartState.DONE, 2, "")
-    assert "mujoco" in part.missing
-    assert "not installed; try: pip install" in part.missing
-    assert not ended.run.complete
-    store = open_store(str(tmp_path / "history"))
-    figures = store.night(ended.name).figures
-    assert {figure.identity.engine for figure in figures} >= {"reference"}
-
-
-@pytest.mark.exhaustive
-def test_an_interrupted_night_is_kept_as_incomplete_and_replaced_when_it_has_gone_on(
-    plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(*_: Any, **__: Any) -> Finished:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(running, "run_barchain", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        one_night(plan, tmp_path)
-    store = open_store(str(tmp_path / "history"))
-    assert [night.complete for night in store.nights()] == [False]
-    found = last_run(store, plan.identity)
-    assert found is not None
-    assert [(part.state, part.left) for part in found.parts] == [(PartState.LEFT, SCENES)]
-    monkeypatch.undo()
-    one_night(plan, tmp_path)
-    store = open_store(str(tmp_path / "history"))
-    assert [night.complete for night in store.nights()] == [True]
 
 
 @pytest.mark.exhaustive
