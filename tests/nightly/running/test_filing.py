@@ -131,16 +131,6 @@ def test_a_night_under_other_sources_or_libraries_does_not_go_on_and_keeps_the_d
     assert [note for note in notes if "kept as incomplete" in note]
 
 
-@pytest.mark.slow
-def test_the_installation_of_the_start_stands_in_the_state_file(killed: Path) -> None:
-    state = read_state(killed)
-    assert state is not None
-    assert state.installation is not None
-    assert {"adapter:reference", "library:numpy", "scene:basics/kepler_circular"} <= {
-        part.name for part in state.installation.parts
-    }
-
-
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("content", ["", '{"plan": "x"}'])
 def test_a_damaged_state_is_told_once_and_the_results_beside_it_stay(
