@@ -10,8 +10,11 @@ import pytest
 
 from adapters.registry import ENGINES, Registration
 from barchain.cli.common.options import scenes_of
+from barchain.cli.compare import show_verdict
 from barchain.cli.main import run
 from barchain.result_files.drawn_runs import read_run_table
+from barchain.studies.comparison.run import ComparisonResult
+from reports.results.outcome import Outcome
 from scenarios import load_scene, scene_names
 from tests.support.results import read_record
 
@@ -128,6 +131,21 @@ def test_an_engine_asked_for_by_name_that_can_do_no_scene_exits_with_1_and_the_r
     assert run(["report", str(tmp_path)]) == 0
     text = (tmp_path / "summary.md").read_text()
     assert "can-not was compared on no scene: does not support gravity" in text
+
+
+def test_the_gravest_failures_of_a_comparison_come_first_and_ten_at_most(tmp_path, capsys):
+    pairs = {("s", f"e{k}"): Outcome.EXCEEDS_BOUND for k in range(11)} | {("s", "worst"): Outcome.FAILED}
+    rows = [
+        {"scene": scene, "engine": engine, "quantity": quantity, "outcome": str(outcome), "reason": f"why\n{quantity}"}
+        for (scene, engine), outcome in pairs.items()
+        for quantity in ("rate", "attitude")
+    ]
+    show_verdict(ComparisonResult(pd.DataFrame(rows), pairs), tmp_path)
+    counts, *lines, more = capsys.readouterr().out.splitlines()
+    assert counts == "11 exceeds_bound, 1 failed"
+    assert lines[0] == "  s  worst  failed: rate: why rate (also attitude)"
+    assert len(lines) == 10
+    assert more.strip() == f"and 2 more: barchain show {tmp_path} --where metric=verdict"
 
 
 @pytest.mark.parametrize("command", [["compare", QUICK, "--engine", "reference"], ["roundoff"]])

@@ -276,6 +276,8 @@ def test_what_is_worse_stays_so_when_nights_are_pruned(store: NightStore) -> Non
     before = red(store)
     assert len(store.prune(keep=1, spared=needed_nights(store))) > 8
     assert red(store) == before
+    (state,) = standing(judge(store))
+    assert {state.change.last, state.change.since, state.latest} <= {one.name for one in store.nights()}
     add(store, 6, first=16)
     assert red(store) == before
 

@@ -105,6 +105,17 @@ def test_runs_that_are_not_reproducible_are_told_first() -> None:
     assert "One figure of 900 changed" in text
 
 
+def test_what_is_worse_than_accepted_comes_first_with_its_size_its_nights_and_its_causes() -> None:
+    assert said(standing=since("2025-11-03")).startswith(
+        "One figure is worse than accepted by ×5 since 3 November 2025 (engine:mujoco 4.0.0)."
+    )
+    both = [*since("2026-11-03", 2), *since("2026-11-09", suspect=NUMPY)]
+    assert said(change(), standing=both).startswith(
+        "Three figures are worse than accepted by up to ×5: two since 3 November (engine:mujoco 4.0.0) and one since "
+        "9 November (library:numpy 2.4.6). One figure of 900 changed tonight, for the worse; "
+    )
+
+
 def test_all_that_is_worse_is_counted_in_the_first_sentence_with_what_is_new_of_it() -> None:
     new = [change(figure=f"place.{k}") for k in range(7)]
     text = said(*new, change("better", figure="other"), standing=since("2026-11-03", 9, 6.0))
