@@ -133,6 +133,18 @@ def test_an_engine_asked_for_by_name_that_can_do_no_scene_exits_with_1_and_the_r
     assert "can-not was compared on no scene: does not support gravity" in text
 
 
+def test_lists_name_every_scene_and_engine_and_the_remedy_for_a_missing_one(capsys, monkeypatch):
+    remedy = "pip install '.[certified]'"
+    monkeypatch.setitem(ENGINES, "nothing", Registration("nowhere:Nothing", "nowhere", install=remedy))
+    assert run(["scenes"]) == 0
+    assert "paper/fig05_bar_horizontal" in capsys.readouterr().out
+    for command in ("engines", "doctor"):
+        assert run([command]) == 0
+        shown = capsys.readouterr().out
+        assert "exudyn-index3" in shown
+        assert remedy in shown
+
+
 def test_the_gravest_failures_of_a_comparison_come_first_and_ten_at_most(tmp_path, capsys):
     pairs = {("s", f"e{k}"): Outcome.EXCEEDS_BOUND for k in range(11)} | {("s", "worst"): Outcome.FAILED}
     rows = [

@@ -16,7 +16,7 @@ from barchain.studies.study import StudyEnd
 from reports.results.reading import DamagedResultsError
 from reports.results.rows import NOT_RUN
 from reports.results.schema import KEY, SCHEMA_VERSION
-from tests.support.results import read_table, write_record
+from tests.support.results import read_record, read_table, write_record
 
 LONG = "x" * 250  # more than a file system takes, with an ending
 QUICK = "basics/libration"
@@ -85,6 +85,17 @@ def test_an_engine_that_does_not_load_costs_the_stability_study_its_own_rows(bro
     rows = read_table(broken / "x", "stability", "outcomes").set_index("engine")
     assert rows.loc["broken", "stability"] == "failed"
     assert rows.loc["rebound", "stability"] != "failed"
+
+
+def test_a_scene_is_shown_beside_an_adapter_that_does_not_load(broken, capsys):
+    assert run(["scenes", "show", QUICK]) == ExitCode.OK
+    assert BROKEN in capsys.readouterr().out
+
+
+def test_a_scaling_study_of_an_engine_that_does_not_load_exits_with_1(broken, capsys):
+    assert run(["-q", "scaling", "--engine", "broken", "--bars", "2", "--out", "x"]) == ExitCode.FINDINGS
+    assert f"barchain: broken: failed: {BROKEN}\n" in capsys.readouterr().err
+    assert read_record(broken / "x", "scaling")["finished"]
 
 
 def test_a_selftest_that_can_not_go_on_is_a_failed_run(monkeypatch, capsys, tmp_path):

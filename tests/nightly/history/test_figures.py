@@ -94,6 +94,13 @@ def test_two_digests_of_one_trajectory_contradict_each_other() -> None:
     assert merged([bits("00ff"), bits("00ff")]) == (bits("00ff"),)
 
 
+def test_a_result_stands_for_a_missing_one() -> None:
+    missing = Figure(identity(), reason="not run")
+    present = Figure(identity(), 1e-5)
+    assert merged([missing, present]) == (present,)
+    assert merged([present, missing]) == (present,)
+
+
 def test_an_engine_at_two_settings_of_one_folder_has_its_graver_verdict() -> None:
     rows = Rows("comparison", "paper/fig05")
     for setting, outcome in (("rtol=1e-6", "pass"), ("rtol=1e-9", "timed_out"), ("rtol=1e-12", "pass")):

@@ -103,6 +103,15 @@ def test_small_drifts_of_an_error_without_rounding_add_up(store: NightStore) -> 
     assert directions == [Direction.CHANGED, Direction.WORSE, Direction.CHANGED]
 
 
+def test_a_void_night_is_not_judged_against_a_baseline_either(store: NightStore) -> None:
+    before, after = night(error(1e-9)), night(error(1e-5), number=1, void="a fault was missed")
+    judged = judge_pair(before, after)
+    assert judged.tonight == ()
+    told = night_facts(store, judged, after, "release")
+    assert exit_code(told, "worse") is ExitCode.NOT_BELIEVED
+    assert "void" in told.sentence
+
+
 def test_bits_are_compared_with_the_last_night_of_the_same_parts_however_long_ago(store: NightStore) -> None:
     newer = (NightPart("engine:mujoco", "3.4.0", "ff"), *PARTS[1:])
     for k in range(LONG):

@@ -140,12 +140,19 @@ def test_scenes_tagged_huge_are_done_only_where_they_are_named(tmp_path: Path) -
     assert night_jobs(named, 0, {})[0].scenes == ("hard/bars_10000",)
 
 
+def test_a_scene_file_is_looked_for_beside_the_plan(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, f'{CORE}scenes = ["mine.toml"]')
+    with pytest.raises(PlanError, match=r"'mine.toml' given, and there is no such file"):
+        night_jobs(plan, 0, {})
+    (tmp_path / "mine.toml").touch()
+    (job,) = night_jobs(plan, 0, {})
+    assert job.scenes == (str(tmp_path / "mine.toml"),)
+
+
 def test_commands_and_scenes_that_were_left_name_files_by_their_path_from_the_working_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(PlanError, match=r"'mine.toml' given, and there is no such file"):
-        night_jobs(plan_of(tmp_path, f'{CORE}scenes = ["mine.toml"]'), 0, {})
     (tmp_path / "mine.toml").write_bytes((SHIPPED / "basics/two_bars_free.toml").read_bytes())
     plan = plan_of(tmp_path, f'{CORE}scenes = ["paper/fig05", "mine.toml"]')
     for left in ("mine.toml", str(tmp_path / "mine.toml")):  # as earlier versions named it
