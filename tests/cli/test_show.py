@@ -80,6 +80,12 @@ def test_a_wrong_condition_is_one_line_with_what_is_allowed(
     assert said in line
 
 
+def test_a_folder_without_results_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["show", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no results there; give a folder with results of: comparison, cost" in line
+
+
 def test_without_a_folder_the_result_folders_here_are_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
