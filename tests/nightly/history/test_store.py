@@ -226,3 +226,12 @@ def test_runs_and_levels_of_quiet_nights_go_after_a_fortnight_and_rows_stay(stor
     nights = store.nights()
     assert [(folder(store, each.name) / "levels.z").is_file() for each in nights] == [k >= 6 for k in range(20)]
     assert [c.direction for c in judge(store, nights[2].name).tonight] == ["worse"]
+
+
+def test_figures_that_are_not_those_of_the_record_are_one_line(store: NightStore) -> None:
+    made = night(error())
+    store.add(made)
+    path = folder(store, made.name) / FIGURES
+    path.write_bytes(b"x" * path.stat().st_size)
+    with pytest.raises(HistoryError, match=r"figures\.parquet is damaged; copy the night again"):
+        store.night(made.name)

@@ -187,3 +187,18 @@ def test_a_change_is_shown_with_the_digits_that_tell_its_results_apart() -> None
     words = change(was="1.28886e-07 rad", became="1.28886000001e-07 rad", factor=1.0 + 7.8e-12).words
     assert words.endswith("(×(1 + 7.8e-12))")
     assert change(kind="bits", was=64 * "0", became=64 * "1", factor=None).words.count("0") < 20
+
+
+def test_a_figure_that_fails_tonight_from_its_first_night_on_is_new() -> None:
+    verdict = {"kind": "verdict", "quantity": "verdict", "was": "pass", "became": "failed", "suspects": ()}
+    tonight = "2026-11-29T02-00-00-abcdef01"
+    first = change(figure="first", since=tonight, last=tonight, **verdict)
+    assert said(standing=[first], night=tonight).startswith(
+        "One figure is worse than accepted since 29 November (from the first night on)."
+    )
+    assert said(standing=[first, *since("2026-11-03")], night=tonight).startswith(
+        "Two figures are worse than accepted, one of them new tonight; the other one by ×5 since 3 November"
+    )
+    assert said(change(), standing=[first], night=tonight).startswith(
+        "Two figures are worse than accepted, all of them new tonight. One figure of 900 changed tonight"
+    )
