@@ -1,4 +1,4 @@
-"""Help: printed by `barchain` alone, in sections, quick, and with one meaning of each option."""
+"""Help is printed quickly, with one meaning of each option; `barchain explain` gives the meaning of words."""
 
 from __future__ import annotations
 
@@ -10,53 +10,27 @@ from collections import defaultdict
 import click
 import pytest
 
+from barchain.cli.common.meanings import MISTAKES, explain, kinds
 from barchain.cli.main import cli, run
+from reports.results.outcome import Outcome
 from tests.support.slow import one_in
 
-HEAVY = (
-    "numpy",
-    "scipy",
-    "pandas",
-    "pydantic",
-    "matplotlib",
-    "rich",
-    "exudyn",
-    "fsspec",
-    "adapters",
-    "scenarios",
-    "reports",
-)
+HEAVY = ("numpy", "scipy", "pandas", "pydantic", "matplotlib", "rich", "exudyn", "fsspec", "adapters", "scenarios",
+         "reports")  # fmt: skip
 COMMANDS = sorted(cli.commands)
 OWN_MEANING = {
-    "--baseline",
-    "--columns",
-    "--degrees",
-    "--junit",
-    "--list",
-    "--part",
-    "--out",
-    "--engine",
-    "--time-limit",
-    "--minutes",
-    "--repeats",
-    "--runs",
-    "--full",
-    "--vary",
-}  # more is said of these where it differs
+    "--baseline", "--columns", "--degrees", "--junit", "--list", "--part", "--out", "--engine", "--time-limit",
+    "--minutes", "--repeats", "--runs", "--full", "--vary", "--rtol", "--orbits", "--seed", "--tag",
+}  # fmt: skip
+"""Options of which more is said where it differs"""
 
 
-def test_barchain_alone_prints_help_without_a_prefix_and_exits_with_0(capsys):
+def test_barchain_alone_prints_help_on_one_screen_and_exits_with_0(capsys):
     assert run([]) == 0
     shown = capsys.readouterr()
-    assert shown.out.startswith("Usage: barchain")
-    assert "barchain: " not in shown.out
+    lines = shown.out.splitlines()
+    assert lines[0].startswith("Usage: barchain")
     assert shown.err == ""
-
-
-def test_commands_stand_in_sections_on_one_screen(capsys):
-    run(["--help"])
-    text = capsys.readouterr().out
-    lines = text.splitlines()
     assert len(lines) <= 45
     assert max(map(len, lines)) <= 80
 
@@ -79,7 +53,7 @@ def test_an_option_means_the_same_in_every_command():
         for option in (p for p in command.params if isinstance(p, click.Option) and not p.hidden):
             texts[option.opts[-1]].add(str(option.help))
     several = {name for name, found in texts.items() if len(found) > 1}
-    assert several <= OWN_MEANING | {"--rtol", "--orbits", "--seed", "--tag"}
+    assert several <= OWN_MEANING
     assert all(t.startswith("End a run after this wall time, in seconds") for t in texts["--time-limit"])
     assert all(re.match("Give the (study|night|gate) a budget of", t) for t in texts["--minutes"])
     assert "--budget" not in texts
@@ -103,7 +77,45 @@ def test_a_default_in_a_help_is_a_value_that_can_be_typed():
                 option.type.convert(option.show_default, option, None)
 
 
-def test_the_scaling_study_says_which_chain_it_cuts():
-    from barchain.studies.scaling.study import scaling_study
+@pytest.mark.parametrize(
+    ("word", "kind", "said"),
+    [
+        ("inconsistent", "outcomes", Outcome.INCONSISTENT.advice),
+        ("Exceeds bound", "outcomes", Outcome.EXCEEDS_BOUND.advice),
+        ("predictability limit", "terms", "agree to"),
+        ("drag.width_m", "keys", "width of each bar"),
+        ("effects.drag", "keys", "density_kg_m3"),
+        ("reaction-sign", "mistakes", "opposite sign"),
+        ("joint_angle", "channels", "Angle of bar j+1 minus that of bar j"),
+        ("com_residual", "channels", "com_residual_m"),
+        ("130", "exit codes", "interrupted"),
+    ],
+)
+def test_a_word_is_explained(word: str, kind: str, said: str) -> None:
+    assert [m.kind for m in explain(word) if said in m.text] == [kind]
 
-    assert f"that of {scaling_study(['reference-fast'], [2]).scene.name}," in cli.commands["scaling"].help
+
+def test_a_word_may_have_several_meanings() -> None:
+    assert {m.word for m in explain("width_m")} == {"effects.drag.width_m", "effects.solar_pressure.width_m"}
+    assert "reaction-sign" in {m.word for m in explain("Your reactions have the opposite sign")}
+
+
+def test_every_outcome_and_mistake_has_one_meaning() -> None:
+    found = kinds()
+    assert [m.word for m in found["outcomes"]] == list(Outcome)
+    assert {m.word for m in found["mistakes"]} == {m.name for m in MISTAKES}
+    assert all(m.text and m.page for every in found.values() for m in every)
+
+
+@pytest.mark.parametrize(("given", "meant"), [("inconsistant", "inconsistent"), ("altitude_km", "altitude_m")])
+def test_a_misspelt_word_leads_to_the_nearest(given: str, meant: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["explain", given]) == 2
+    assert f"did you mean {meant}?" in capsys.readouterr().err
+
+
+def test_without_a_word_the_kinds_are_listed_and_a_kind_lists_its_words(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["explain"]) == 0
+    listed = capsys.readouterr().out
+    assert all(kind in listed for kind in kinds())
+    assert run(["explain", "outcomes"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(Outcome)

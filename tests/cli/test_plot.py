@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import re
 import xml.etree.ElementTree as ET
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,6 @@ from PIL import Image
 
 from barchain.cli.main import run
 from reports.motion.charts import TIME_UNITS, Chosen, Run, charts_of
-from reports.plotting.palette import COLOURS
 from tests.support.page_policy import check_policy
 
 if TYPE_CHECKING:
@@ -45,8 +43,10 @@ def texts(svg: Path) -> list[str]:
 
 
 def test_a_file_of_a_run_is_a_chart_with_units_and_a_description(table: Path, tmp_path: Path) -> None:
-    out = tmp_path / "run.svg"
-    assert drawn(table, "--out", out) == 0
+    out, again = tmp_path / "run.svg", tmp_path / "again.svg"
+    again.write_text("mine")
+    assert drawn(table, "--out", out) == drawn(table, "--out", again, "--overwrite") == 0
+    assert out.read_bytes() == again.read_bytes()
     shown = texts(out)
     assert {"attitude, rad", "magnitude of reactions, N", "change of the CM's radius, m"} <= set(shown)
     assert {"bar 1", "bar 2"} <= set(shown)
@@ -62,21 +62,6 @@ def test_angles_and_rates_are_in_degrees_where_these_are_asked_for(table: Path) 
     assert list(degrees) == ["attitude, °", "rate, °/s"]
     for before, after in zip(radians.values(), degrees.values(), strict=True):
         np.testing.assert_allclose(after[0].values, before[0].values * 180.0 / math.pi, rtol=1e-15)
-
-
-def test_a_chart_turns_dark_with_its_reader(table: Path, tmp_path: Path) -> None:
-    out = tmp_path / "run.svg"
-    drawn(table, "--channel", "attitude", "--out", out)
-    text = out.read_text()
-    rules = re.findall(r'\[style\*="stroke: (#\w+)"\]{stroke:(#\w+)!important}', text)
-    assert (COLOURS["s2"].light, COLOURS["s2"].dark) in rules
-    assert "prefers-color-scheme:dark" in text
-
-
-def test_the_same_run_is_the_same_file(table: Path, tmp_path: Path) -> None:
-    first, second = tmp_path / "1.svg", tmp_path / "2.svg"
-    assert drawn(table, "--out", first) == drawn(table, "--out", second) == 0
-    assert first.read_bytes() == second.read_bytes()
 
 
 def test_a_png_is_a_picture(table: Path, tmp_path: Path) -> None:
@@ -207,14 +192,6 @@ def test_bars_that_turn_too_often_for_an_animation_are_told(tmp_path: Path, caps
     pd.DataFrame({"t_s": t, "com_x_m": 7e6, "com_y_m": 0.0} | spun).to_csv(file, index=False)
     assert drawn(file, "--of", SCENE, "--out", tmp_path / "x.gif") == 2
     assert "turns" in capsys.readouterr().err
-
-
-def test_an_earlier_file_stays_unless_it_may_be_replaced(table: Path, tmp_path: Path) -> None:
-    out = tmp_path / "run.svg"
-    out.write_text("mine")
-    assert drawn(table, "--out", out) == 2
-    assert out.read_text() == "mine"
-    assert drawn(table, "--out", out, "--overwrite") == 0
 
 
 def test_a_trajectory_draws_named_channels_and_moves(tmp_path: Path) -> None:

@@ -8,9 +8,8 @@ from barchain.cli.main import cli, run
 from barchain.nightly.attribution.release_runs import ReleasesStudy
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
 from barchain.solutions.certified_file import read_table, shipped_path
-from reports.results import comparison, cost
+from reports.results import comparison
 from tests.support.kernel import skip_without_kernel
-from tests.support.results import record_file, write_record
 
 QUICK = "basics/libration"
 HELD = {
@@ -73,29 +72,9 @@ def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
     assert {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()} == set(others)
 
 
-def test_resume_leaves_everything_in_place(tmp_path):
-    write_record(tmp_path, {})
-    claim_results(comparison.FILES, tmp_path, resume=True)
-    assert record_file(tmp_path).exists()
-
-
-def test_a_study_joins_a_comparison_without_being_asked_twice(tmp_path):
-    write_record(tmp_path, {})
-    claim_results(cost.FILES, tmp_path)
-    assert record_file(tmp_path).exists()
-
-
 def test_resume_and_overwrite_exclude_each_other_even_in_an_empty_folder(tmp_path):
     with pytest.raises(ResultsInPlaceError, match="exclude"):
         claim([tmp_path / "x"], "x", resume=True, overwrite=True)
-
-
-@pytest.mark.slow
-def test_simulate_replaces_its_table_where_it_is_told_to(tmp_path):
-    out = tmp_path / "run.csv"
-    out.write_text("earlier")
-    assert run(["simulate", "basics/kepler_circular", "--out", str(out), "--overwrite"]) == 0
-    assert out.read_text().startswith("t_s")
 
 
 @pytest.mark.parametrize("mode", ["--resume", "--overwrite"])

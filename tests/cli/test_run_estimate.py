@@ -24,7 +24,7 @@ def scene(bars: int = 3, orbits: float = 1.0):
     return make_scene(TABLES | {"chain": chain, "run": {"orbits": orbits, "samples": 11}})
 
 
-@pytest.mark.parametrize(("bars", "orbits"), [(3, 1e25), (3, 1e9), (3, 1e6), (100_000, 1.0)])
+@pytest.mark.parametrize(("bars", "orbits"), [(3, 1e25), (3, 1e6), (100_000, 1.0)])
 def test_a_scene_that_nobody_can_run_is_rejected(bars: int, orbits: float) -> None:
     with pytest.raises(TooLongError, match=r"one run takes about .* allowed: at most 2 min; .*MOST_RUN_SECONDS"):
         need_runnable([scene(bars, orbits)])

@@ -33,7 +33,7 @@ READING = (
     ["accept", "*", "--reason", "x"], ["withdraw", "*"], ["prune", "--keep-nights", "1"],
 )  # fmt: skip
 """Commands on a history; the later ones change it"""
-OTHER = (b"[]", b"{}", b"[" * 100_000, b"9" * 5000, b"\xff", b'{"changes": [1]}', b"accepted = 1")
+OTHER = (b"[]", b"[" * 100_000, b"\xff", b"accepted = 1")
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def faults_of_results(sound: Path, folder: Path, number: int, capsys: pytest.Cap
     return [f"{number}: {path.relative_to(folder)}: {line[0]}: {fault}" for line, fault in faults if fault]
 
 
-@pytest.mark.parametrize("numbers", [range(1, 6), pytest.param(range(6, 156), marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("numbers", [range(1, 4), pytest.param(range(4, 156), marks=pytest.mark.exhaustive)])
 def test_a_damaged_result_folder_ends_no_command_in_a_traceback(
     numbers: range, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -29,7 +29,6 @@ GITHUB_GATE, GITLAB_GATE = RECIPES / "github-gate.yml", RECIPES / "gitlab-gate.y
 COMMAND = re.compile(r"^[^#]*?\bbarchain (?:-q )?(nightly|gate|history \w+) ([^|&;\n]*)", re.MULTILINE)
 INPUTS = {"CHANGE": "*:exudyn:*", "REASON": "$(touch injected)", "UNTIL": "2031-01-02", "LOGNAME": "someone"}
 needs_flock = needs("flock", there=shutil.which("flock") is not None)
-CODES = [0, 1, 2, 3, 130]
 
 
 def yaml(file: Path) -> Any:
@@ -110,10 +109,6 @@ def test_systemd_finds_nothing_in_the_units(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_the_projects_own_workflow_is_the_recipe() -> None:
-    assert (ROOT / ".github" / "workflows" / "nightly.yml").read_bytes() == GITHUB.read_bytes()
-
-
 @pytest.mark.parametrize("file", [GITHUB, GITLAB, SCRIPT, SERVICE, GITHUB_GATE, GITLAB_GATE])
 def test_every_command_of_a_recipe_has_the_options_that_it_names(file: Path) -> None:
     commands = COMMAND.findall(file.read_text("utf-8"))
@@ -133,22 +128,19 @@ def test_the_shell_of_a_recipe_has_no_fault_of_syntax_and_no_expression(place: s
     assert "${{" not in text, "an expression in shell text lets inputs run commands"
 
 
-@pytest.mark.parametrize("code", CODES)
-def test_the_github_night_passes_its_exit_code_on_and_warns_of_3(tmp_path: Path, code: int) -> None:
-    done = play(shell_parts()["Run the night"], tmp_path, {"PLAN": "my plan.toml"}, code)
-    assert done.returncode == (0 if code == 3 else code)
-    assert ("::warning::" in done.stdout) == (code == 3)
+@pytest.mark.parametrize("place", ["Run the night", "nightly"])
+@pytest.mark.parametrize("code", [0, 1, 3])
+def test_a_night_passes_its_exit_code_on_and_its_service_takes_3_for_a_warning(
+    tmp_path: Path, place: str, code: int
+) -> None:
+    done = play(shell_parts()[place], tmp_path, {"PLAN": "my plan.toml"}, code)
+    github = place == "Run the night"
+    assert done.returncode == (0 if github and code == 3 else code)
+    assert ("::warning::" in done.stdout) == (github and code == 3)
+    assert yaml(GITLAB)["nightly"]["allow_failure"] == {"exit_codes": [3]}
     said = (tmp_path / "said").read_text("utf-8")
     assert ":nightly --plan my plan.toml --out nights --require-history --fail-on changed\n" in said
     assert "history prune" in said
-
-
-@pytest.mark.parametrize("code", CODES)
-def test_the_gitlab_night_passes_its_exit_code_on_and_allows_3(tmp_path: Path, code: int) -> None:
-    done = play(shell_parts()["nightly"], tmp_path, code=code)
-    assert done.returncode == code
-    assert "--require-history --fail-on changed\n" in (tmp_path / "said").read_text("utf-8")
-    assert yaml(GITLAB)["nightly"]["allow_failure"] == {"exit_codes": [3]}
 
 
 @pytest.mark.parametrize("place", ["Install", "nightly"])
@@ -169,8 +161,14 @@ def test_a_chat_gets_the_night_in_a_few_lines_if_its_address_is_known(tmp_path: 
     assert (tmp_path / "said").read_text("utf-8") == ":history tell --link https://example.org/1\n"
 
 
-def test_both_recipes_publish_the_results_page_after_a_night_that_failed_too(tmp_path: Path) -> None:
+def test_both_recipes_keep_the_history_and_publish_the_results_page_after_a_night_that_failed_too(
+    tmp_path: Path,
+) -> None:
     github, gitlab = yaml(GITHUB)["jobs"], yaml(GITLAB)
+    paths = {github_steps()[name]["with"]["path"] for name in ("Restore the history", "Keep the history")}
+    assert paths == {github["nightly"]["env"]["BARCHAIN_HISTORY"]} == {"history"}
+    before = gitlab[".barchain"]
+    assert (before["variables"]["BARCHAIN_HISTORY"], before["cache"]["paths"]) == ("history", ["history/"])
     assert github_steps()["Hand it to the job that publishes it"]["with"]["path"] == "site"
     assert "history site --out site" in shell_parts()["Write the results page"]
     assert github["pages"]["if"].startswith("always() && vars.PAGES")
@@ -181,34 +179,21 @@ def test_both_recipes_publish_the_results_page_after_a_night_that_failed_too(tmp
     assert gitlab["pages"]["rules"][-1]["when"] == "always"
 
 
-def test_the_history_is_carried_from_night_to_night_in_both_recipes() -> None:
-    github = yaml(GITHUB)["jobs"]["nightly"]
-    paths = {github_steps()[name]["with"]["path"] for name in ("Restore the history", "Keep the history")}
-    assert paths == {github["env"]["BARCHAIN_HISTORY"]} == {"history"}
-    gitlab = yaml(GITLAB)[".barchain"]
-    assert (gitlab["variables"]["BARCHAIN_HISTORY"], gitlab["cache"]["paths"]) == ("history", ["history/"])
-
-
-def test_github_accepts_a_change_on_the_default_branch_alone(tmp_path: Path) -> None:
-    step = shell_parts()["Accept a change"]
-    elsewhere = play(step, tmp_path, INPUTS | {"GITHUB_REF_NAME": "mine", "BRANCH": "main"})
-    assert (elsewhere.returncode, (tmp_path / "said").exists()) == (2, False)
-    done = play(step, tmp_path, INPUTS | {"GITHUB_REF_NAME": "main", "BRANCH": "main"})
+@pytest.mark.parametrize(
+    ("place", "given"),
+    [("Accept a change", {"GITHUB_REF_NAME": "main", "BRANCH": "main"}), ("accept", {"GITLAB_USER_LOGIN": "someone"})],
+)
+def test_a_change_is_accepted_with_inputs_that_no_shell_reads(
+    tmp_path: Path, place: str, given: dict[str, str]
+) -> None:
+    if "BRANCH" in given:  # GitHub offers the button on every branch
+        elsewhere = play(shell_parts()[place], tmp_path, INPUTS | given | {"GITHUB_REF_NAME": "mine"})
+        assert (elsewhere.returncode, (tmp_path / "said").exists()) == (2, False)
+    done = play(shell_parts()[place], tmp_path, INPUTS | given)
     assert done.returncode == 0, done.stderr
-    assert_accepted(tmp_path)
-
-
-def test_gitlab_accepts_a_change(tmp_path: Path) -> None:
-    done = play(shell_parts()["accept"], tmp_path, INPUTS | {"GITLAB_USER_LOGIN": "someone"})
-    assert done.returncode == 0, done.stderr
-    assert_accepted(tmp_path)
-
-
-def assert_accepted(folder: Path) -> None:
-    """The inputs came as they are: no shell read them."""
-    said = (folder / "said").read_text("utf-8")
+    said = (tmp_path / "said").read_text("utf-8")
     assert said == "someone:history accept --reason $(touch injected) --until 2031-01-02 -- *:exudyn:*\n"
-    assert not (folder / "injected").exists()
+    assert not (tmp_path / "injected").exists()
 
 
 WHEEL = "mine-1-py3-none-any.whl"
@@ -220,13 +205,21 @@ REQUEST = {
 
 
 @pytest.mark.parametrize("code", [0, 1, 2])
-def test_the_github_gate_compares_wheels_of_base_and_head_and_passes_its_exit_code_on(
-    tmp_path: Path, code: int
+@pytest.mark.parametrize("place", ["Run the gate", "gate"])
+def test_a_gate_compares_wheels_of_base_and_head_and_passes_its_exit_code_on(
+    tmp_path: Path, place: str, code: int
 ) -> None:
-    built = play(shell_parts()["Build both wheels"], tmp_path, REQUEST)
-    assert "git worktree add ../base HEAD^1\npip wheel --no-deps --wheel-dir wheels/base ../base" in built.stdout
-    assert play(shell_parts()["Run the gate"], tmp_path, REQUEST, code).returncode == code
+    gitlab, built = place == "gate", "gate" if place == "gate" else "Build both wheels"
+    (tmp_path / "gate.md").write_text("the answer", "utf-8")
+    done = play(shell_parts()[built], tmp_path, REQUEST | {"GATE_TOKEN": "secret"}, code if gitlab else 0)
+    assert f"git worktree add ../base {'0123abcd' if gitlab else 'HEAD^1'}\n" in done.stdout
+    assert "pip wheel --no-deps --wheel-dir wheels/base ../base" in done.stdout
+    again = play(shell_parts()[place], tmp_path, REQUEST, code)
+    assert again.returncode == code
     assert (tmp_path / "said").read_text("utf-8").endswith(f":gate {GATE}\n")
+    if gitlab:  # comments if it has a token
+        assert "body@gate.md https://example.org/api/v4/projects/7/merge_requests/3/notes" in done.stdout
+        assert "curl" not in again.stdout
 
 
 def test_the_github_gate_replaces_its_last_comment(tmp_path: Path) -> None:
@@ -235,33 +228,15 @@ def test_the_github_gate_replaces_its_last_comment(tmp_path: Path) -> None:
     assert github_steps(GITHUB_GATE)["actions/checkout@v7"]["with"]["persist-credentials"] is False
 
 
-@pytest.mark.parametrize("code", [0, 1, 2])
-def test_the_gitlab_gate_comments_if_it_has_a_token_and_passes_its_exit_code_on(tmp_path: Path, code: int) -> None:
-    (tmp_path / "gate.md").write_text("the answer", "utf-8")
-    done = play(shell_parts()["gate"], tmp_path, REQUEST | {"GATE_TOKEN": "secret"}, code)
-    assert done.returncode == code
-    assert (tmp_path / "said").read_text("utf-8").endswith(f":gate {GATE}\n")
-    assert "git worktree add ../base 0123abcd\n" in done.stdout
-    assert "body@gate.md https://example.org/api/v4/projects/7/merge_requests/3/notes" in done.stdout
-    assert "curl" not in play(shell_parts()["gate"], tmp_path, REQUEST, code).stdout
-
-
-@pytest.mark.parametrize("place", ["Install the gate", "gate"])
-def test_a_gate_tells_in_one_sentence_that_no_engine_is_named(tmp_path: Path, place: str) -> None:
-    done = play(shell_parts()[place], tmp_path)
-    assert (done.returncode, done.stdout.strip().removeprefix("::error::")) == (
-        2, "Set the variable ENGINE to the name of the engine.",
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize("place", ["Install", "nightly", "accept", "Install the gate", "gate"])
-def test_a_recipe_tells_in_one_sentence_that_barchain_is_not_installed(tmp_path: Path, place: str) -> None:
+def test_a_recipe_tells_in_one_sentence_what_is_not_set_or_installed(tmp_path: Path, place: str) -> None:
     text = shell_parts()[place]
-    unset = play(text, tmp_path, {"BARCHAIN": ""})
-    assert unset.returncode == 2
-    assert (
-        unset.stdout.strip().removeprefix("::error::").startswith("Set the variable BARCHAIN to the arguments of pip")
-    )
+    unset = [("BARCHAIN", {"BARCHAIN": ""})]
+    unset += [("ENGINE", {})] if "gate" in place else []
+    for variable, given in unset:
+        done = play(text, tmp_path, given)
+        assert done.returncode == 2
+        assert done.stdout.strip().removeprefix("::error::").startswith(f"Set the variable {variable} to the ")
     own = play(
         text.replace("command -v barchain", "command -v no-such-barchain"),
         tmp_path,
@@ -273,35 +248,26 @@ def test_a_recipe_tells_in_one_sentence_that_barchain_is_not_installed(tmp_path:
 
 
 @needs_flock
-@pytest.mark.parametrize("code", [0, 1, 2, 3])
-def test_the_script_of_cron_speaks_if_the_night_has_something_to_tell(tmp_path: Path, code: int) -> None:
-    done = cron(tmp_path, f"echo a result; exit {code}")
-    assert done.returncode == code
-    assert done.stdout == ("" if code == 0 else f"The night ended with exit code {code}.\na result\n")
+def test_the_script_of_cron_speaks_if_the_night_has_something_to_tell(tmp_path: Path) -> None:
+    quiet, told = cron(tmp_path, "echo a result"), cron(tmp_path, "echo a result; exit 3")
+    assert (quiet.returncode, quiet.stdout) == (0, "")
+    assert (told.returncode, told.stdout) == (3, "The night ended with exit code 3.\na result\n")
+    held = cron(tmp_path, "exit 0", "flock", "lock")
+    assert (held.returncode, held.stdout) == (75, "The last night still runs: no night began.\n")
 
 
 @needs_flock
-def test_the_script_of_cron_requires_a_history_once_there_is_one(tmp_path: Path) -> None:
-    body = 'mkdir -p nights; echo "$@"; exit 3'
-    assert "--require-history" not in cron(tmp_path, body).stdout
-    shutil.rmtree(tmp_path / "nights")
-    assert "--require-history" in cron(tmp_path, body).stdout
-
-
-@needs_flock
-def test_the_script_of_cron_writes_the_results_page_of_a_night_that_was_told(tmp_path: Path) -> None:
+def test_the_script_of_cron_requires_a_history_once_there_is_one_and_writes_its_results_page(tmp_path: Path) -> None:
     body = 'echo "$@" >> said; [ "$2" = nightly ] || exit 0; mkdir -p nights; {}; exit 1'
     assert cron(tmp_path, body.format("touch nights/nightly.json"), site="www").returncode == 1
-    assert "history site --out www\n" in (tmp_path / "said").read_text("utf-8")
+    said = (tmp_path / "said").read_text("utf-8")
+    assert "history site --out www\n" in said
+    assert "--require-history" not in said
+    cron(tmp_path, body.format("exit 1"))
+    assert "--require-history" in (tmp_path / "said").read_text("utf-8")
     (tmp_path / "said").unlink()
     cron(tmp_path, body.format("echo no night began"), site="www")
     assert "history site" not in (tmp_path / "said").read_text("utf-8")
-
-
-@needs_flock
-def test_the_script_of_cron_tells_that_the_last_night_still_runs(tmp_path: Path) -> None:
-    held = cron(tmp_path, "exit 0", "flock", "lock")
-    assert (held.returncode, held.stdout) == (75, "The last night still runs: no night began.\n")
 
 
 @pytest.mark.slow

@@ -14,51 +14,32 @@ from adapters.registry import COMPILED, built_in, find_engine
 from pictures import write
 from pictures.__main__ import main
 from pictures.pages.docstrings import paragraphs
-from pictures.pages.engine_page import MOST_COLUMNS, page_file, portions
+from pictures.pages.engine_page import page_file
 from pictures.pages.generated_tables import BLOCK, FRAGMENTS, filled, pages_with_tables
 from pictures.pages.libraries import LIBRARIES, library_of
 from pictures.pages.record import MeasuredRecord
-from pictures.pages.words import cell, short
-from pictures.paths import GALLERY, RECORD
+from pictures.pages.words import cell
+from pictures.paths import RECORD
 from pictures.record.certified import certified_rows
 from pictures.record.comparison import row_of
 from pictures.record.files import COLUMNS, DIGITS, read_runs, read_table
 from pictures.record.releases import releases_rows
 from pictures.stages import STAGES
-from pictures.write import gallery_scenes, library_files, scene_files, site_files
+from pictures.write import library_files, site_files
 from reports.results.comparison import METRIC_COLUMNS
 from scenarios import load_scene
 from tests.reports.study_pages import releases_page
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-IMAGE = re.compile(r"!\[(?P<alt>[^\]]*)\]\((?P<file>[^)]+)\)")
 rendered, tables, measured = cache(site_files), cache(pages_with_tables), cache(MeasuredRecord)
 
 pytestmark = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="pictures need the compiled reference")
 
 
-@pytest.mark.exhaustive
-def test_every_image_of_a_page_is_drawn_and_has_a_text() -> None:
-    for path, text in rendered().items():
-        for image in IMAGE.finditer(text if path.suffix == ".md" else ""):
-            assert len(image["alt"]) > 8
-            assert path.parent / image["file"] in rendered()
-
-
-@pytest.mark.exhaustive
-def test_every_scene_of_the_gallery_is_shown_and_linked_by_the_index() -> None:
-    index = rendered()[GALLERY / "index.md"]
-    assert not [s.name for s in gallery_scenes() if f"]({s.name}.md)" not in index or f"\n{s.name}\n" not in index]
-
-
 def test_the_generated_tables_of_committed_pages_are_those_that_the_code_makes() -> None:
     stale = [path.name for path, text in tables().items() if path.read_text(encoding="utf-8") != text]
     assert not stale, "python -m pictures --only tables"
-
-
-def test_every_table_stands_on_one_page() -> None:
     named = [found["name"] for path in tables() for found in BLOCK.finditer(path.read_text("utf-8"))]
     assert sorted(named) == sorted(FRAGMENTS)
 
@@ -93,11 +74,6 @@ def test_every_engine_has_a_page_that_names_it(engine: str) -> None:
 def test_no_two_libraries_share_an_engine() -> None:
     named = [name for library in LIBRARIES for name in library.engines]
     assert sorted(named) == sorted(built_in())
-
-
-def test_an_engine_without_a_library_is_told_where_to_go() -> None:
-    with pytest.raises(LookupError, match="add one"):
-        library_of("no-such-engine")
 
 
 @pytest.mark.parametrize("library", LIBRARIES, ids=lambda library: library.page)
@@ -148,31 +124,8 @@ def test_a_pair_is_recorded_with_its_most_severe_outcome_and_the_largest_differe
     assert row["detection_limit"] == 3e-6
 
 
-@pytest.mark.parametrize(
-    ("value", "text"), [(1.29e-7, "1.29e-7"), (27500.0, "27500"), (5.46e8, "5.46e8"), (0.5, "0.5"), (None, "")]
-)
-def test_a_number_is_shown_with_the_digits_of_the_record(value: float | None, text: str) -> None:
-    assert short(value) == text
-
-
 def test_a_bar_in_a_reason_does_not_end_a_cell() -> None:
     assert cell("|r| is large\nhere") == "\\|r\\| is large here"
-
-
-def test_tables_of_many_engines_are_divided_and_keep_their_order() -> None:
-    names = [str(k) for k in range(2 * MOST_COLUMNS + 1)]
-    parts = portions(names)
-    assert [name for part in parts for name in part] == names
-    assert len(parts) == 3
-    assert max(map(len, parts)) <= MOST_COLUMNS
-    assert portions([]) == []
-
-
-@pytest.mark.slow
-def test_reasons_stand_below_a_table_of_the_gallery_and_not_in_it() -> None:
-    page = scene_files(load_scene("paper/fig17"), measured())[GALLERY / "paper" / "fig17.md"]
-    assert not [line for line in page.splitlines() if line.startswith("|") and "not supported" in line]
-    assert [line for line in page.splitlines() if line.startswith("- pymunk") and "not supported" in line]
 
 
 def test_the_command_names_its_stages() -> None:

@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
+import math
+import os
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from barchain.cli.main import run
 from reports.results.reading import TABLES
+from reports.results.schema import KEY
 from tests.storage.small_plans import SMALL
 from tests.support.kernel import skip_without_kernel
-from tests.support.results import read_record, record_file, write_record
+from tests.support.results import change_record, change_rows, read_record, record_file, write_record
 from tests.support.slow import exhaustive_but
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
 
 DAMAGES = {
     "empty": lambda _: b"", "truncated": lambda whole: whole[: len(whole) // 2], "text": lambda _: b"earlier results",
     "junk": lambda _: bytes(range(256)) * 8, "list": lambda _: b"[]", "one byte more": lambda whole: whole + b"0",
+    "latin": lambda _: "é,ü\n1,2\n".encode("latin-1"), "deep": lambda _: b"[" * 100_000,
+    "parquet": lambda _: b"PAR1" + bytes(60) + b"PAR1",
 }  # fmt: skip
 QUICK = ("comparison", "cost")
 """Results that every test run damages; the others are slow"""
 
 
+ROWS = "rows/comparison.parquet"
 STUDIES = [pytest.param(name, marks=() if name in QUICK else pytest.mark.exhaustive) for name in SMALL]
-VALUES: tuple[object, ...] = ([], 1, {}, "x", None, [1], {"a": 1})
-ENTRIES = [
-    pytest.param(name, value, marks=() if name in QUICK and not k else pytest.mark.exhaustive)
-    for name in SMALL
-    for k, value in enumerate(VALUES)
-]
-"""Values of every type for each study: the default run tries the first in quick results"""
 
 
 @pytest.fixture(scope="session")
@@ -61,18 +66,20 @@ def check_named(path: Path, command: list[str], capsys: pytest.CaptureFixture[st
     assert path.read_bytes() == before
 
 
-def check_line_on(path: Path, command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    """Check that a command ends with 2 and one line on a file, which may be missing."""
+def check_line_on(path: Path, command: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """Check that a command ends with 2 and one line on a file, which may be missing, and give the line."""
     capsys.readouterr()
     code, error = run(command), capsys.readouterr().err
     assert code == 2, (path, error)
     assert error.count("\n") == 1, error
     assert path.name in error
+    assert not list(path.parent.rglob("*.part"))
+    return error
 
 
-@pytest.mark.parametrize("damage", exhaustive_but(DAMAGES, list(DAMAGES)[:1]))
+@pytest.mark.parametrize("damage", exhaustive_but(DAMAGES, ["empty", "deep"]))
 @pytest.mark.parametrize("name", STUDIES)
-def test_a_report_names_the_damaged_file(
+def test_a_report_names_the_damaged_or_missing_file(
     name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = copied(name, sound, tmp_path)
@@ -80,23 +87,14 @@ def test_a_report_names_the_damaged_file(
         whole = path.read_bytes()
         path.write_bytes(DAMAGES[damage](whole))
         check_named(path, ["report", str(out)], capsys)
+        path.unlink()
+        if path.suffix == ".parquet":  # without a record there are no results
+            check_line_on(path, ["report", str(out)], capsys)
         path.write_bytes(whole)
     assert run(["report", str(out)]) == 0
 
 
-@pytest.mark.parametrize("name", STUDIES)
-def test_a_report_names_a_missing_table(
-    name: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = copied(name, sound, tmp_path)
-    for path in stored(name, out)[1:]:
-        whole = path.read_bytes()
-        path.unlink()
-        check_line_on(path, ["report", str(out)], capsys)
-        path.write_bytes(whole)
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("damage", exhaustive_but(DAMAGES, ["truncated", "one byte more"]))
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_command_that_goes_on_names_the_damaged_file(
     name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -107,7 +105,8 @@ def test_a_command_that_goes_on_names_the_damaged_file(
     check_named(path, ["-q", *SMALL[name].command.split(), "--out", str(out), "--resume"], capsys)
 
 
-@pytest.mark.parametrize(("name", "value"), ENTRIES)
+@pytest.mark.parametrize("value", [[], "x"])
+@pytest.mark.parametrize("name", STUDIES)
 def test_an_entry_of_any_type_is_read_or_named(
     name: str, value: object, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -120,3 +119,62 @@ def test_an_entry_of_any_type_is_read_or_named(
         assert code in {0, 2}, (key, error)
         assert error.count("\n") == (code == 2), (key, error)
         assert code == 0 or str(out) in error, (key, error)
+
+
+ENTRIES = {
+    "runs": ({}, [1], "x", [{"scene": 1}], [{"outcome": "great"}]), "finished": ("yes", 1, []),
+    "seconds": ("1", [], {}),
+    "scenes": ([], "x", {"a": 1}), "engines": ([], 3, {"a": "b"}), "tolerances": ({}, [1]), "limitations": ([1], "x"),
+    "misprints": ("x", [None]), "tables": ([], {"a": 1}, {ROWS: ["0"]}), KEY: (None, True, "3", 99, 3.0),
+    "environment": ([], {"a": []}), "packages": ([], {"a": 1}),
+}  # fmt: skip
+"""Entries of the record of a comparison with wrong types"""
+
+
+@pytest.fixture
+def compared(sound: dict[str, Path], tmp_path: Path) -> Path:
+    """Folder with the results of a small comparison."""
+    return copied("comparison", sound, tmp_path)
+
+
+@pytest.mark.parametrize(("key", "value"), [(k, v) for k, values in ENTRIES.items() for v in values])
+def test_an_entry_of_a_wrong_type_is_named(
+    key: str, value: object, compared: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change_record(compared, **{key: value})
+    path = compared / ROWS if value == {ROWS: ["0"]} else record_file(compared)
+    check_line_on(path, ["report", str(compared)], capsys)
+
+
+@pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
+def test_a_folder_or_a_pipe_in_place_of_a_file_is_named(
+    make: Callable[[Path], None], compared: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in (compared / ROWS, record_file(compared)):
+        path.unlink()
+        make(path)
+        check_line_on(path, ["report", str(compared)], capsys)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda rows: rows.assign(value=rows["value"].mask(rows["outcome"] == "pass", math.nan)), "without a number"),
+        (lambda rows: rows.assign(value=rows["value"].mask(rows["outcome"] == "pass", math.inf)), "without a number"),
+        (lambda rows: rows.drop(columns="outcome"), "lacks outcome"),
+    ],
+)
+def test_no_report_says_passed_of_a_value_that_is_no_number_or_without_a_column(
+    change: Callable[[pd.DataFrame], pd.DataFrame], said: str, compared: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where a record without digests takes its tables at their word."""
+    write_record(compared, {key: value for key, value in read_record(compared).items() if key != TABLES})
+    change_rows(compared, change)
+    assert said in check_line_on(compared / ROWS, ["report", str(compared)], capsys)
+
+
+def test_a_report_does_not_mix_a_record_with_the_rows_of_another_run(
+    compared: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change_rows(compared, lambda rows: rows.iloc[:-1])
+    assert "of another run" in check_line_on(compared / ROWS, ["report", str(compared)], capsys)

@@ -8,10 +8,9 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING
 
-import click
 import pytest
 
-from barchain.cli.main import cli, main, run
+from barchain.cli.main import run
 from barchain.record import study_store
 from barchain.record.claim import FolderInUseError, locked
 from barchain.record.study_store import StudyStore
@@ -45,27 +44,6 @@ def test_a_pipe_or_a_device_is_never_replaced(tmp_path: Path, capsys: pytest.Cap
     assert run(["simulate", "basics/libration", "--out", str(pipe)]) == 2
     assert "not an ordinary file" in capsys.readouterr().err
     assert pipe.is_fifo()
-
-
-@pytest.mark.parametrize(
-    "error",
-    [SystemExit(0), SystemExit(), GeneratorExit(), BaseException("x"), KeyboardInterrupt()],
-)
-def test_no_exception_ends_a_command_with_0(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:
-    @click.command("fails")
-    def fails() -> None:
-        raise error
-
-    monkeypatch.setitem(cli.commands, "fails", fails)
-    monkeypatch.setattr(sys, "argv", ["barchain", "fails"])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == (130 if isinstance(error, KeyboardInterrupt) else 70)
-
-
-@pytest.mark.parametrize("line", ["--help", "--version", "compare --help", ""])
-def test_help_and_version_end_with_0(line: str) -> None:
-    assert run(line.split()) == 0
 
 
 def test_a_second_writer_is_refused_and_the_lock_of_a_killed_one_does_not_block(tmp_path: Path) -> None:

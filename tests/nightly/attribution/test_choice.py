@@ -1,4 +1,4 @@
-"""Changes that real runs can attribute, and the reasons why others can't be."""
+"""Changes that real runs can attribute, reasons why others can't be, and cells that are of the sort of their night."""
 
 from __future__ import annotations
 
@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.attribution.attribute import attribute, reasons_against, worth_attributing
+from barchain.nightly.attribution.attribute import as_on_the_night, attribute, reasons_against, worth_attributing
 from barchain.nightly.errors import HistoryError
-from barchain.nightly.figures.figure import NightPart
+from barchain.nightly.figures.figure import Figure, FigureKind, NightPart
 from barchain.nightly.history.judging import judge
 from barchain.nightly.history.nights import open_store
-from tests.nightly.history.synthetic import PARTS, error, night
+from tests.nightly.history.synthetic import NAMES, PARTS, bits, error, identity, night, verdict
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.figures.figure import Figure
     from barchain.nightly.history.levels import JudgedNight
 
 NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
@@ -76,3 +75,22 @@ def test_a_figure_of_a_program_is_refused_before_anything_is_made(tmp_path: Path
     with pytest.raises(HistoryError, match="is of the program mine"):
         attribute(store, found, found.tonight, note=noted.append)
     assert noted == []
+
+
+MISSING = Figure(identity("verdict", FigureKind.VERDICT), reason="does not import", depends=NAMES)
+
+
+@pytest.mark.parametrize(
+    ("found", "night", "alike"),
+    [
+        (verdict("pass"), verdict("pass"), True),
+        (verdict("pass"), verdict("failed"), False),
+        (MISSING, verdict("pass"), False),
+        (verdict("pass"), MISSING, False),
+        (MISSING, MISSING, True),
+        (error(1e-9), error(2e-9), True),
+        (bits("00"), bits("11"), True),
+    ],
+)
+def test_another_verdict_or_a_missing_result_is_another_end(found: Figure, night: Figure, alike: bool) -> None:
+    assert as_on_the_night(found, night) is alike

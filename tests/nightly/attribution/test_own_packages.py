@@ -103,7 +103,9 @@ def installed(folder: Path, origin: dict[str, object] | None) -> Path:
     return folder
 
 
-def test_the_state_of_a_distribution_tells_where_it_came_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_state_of_a_distribution_tells_where_it_came_from_and_leads_to_those_between(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     commits = repository(tmp_path / "repository")
     site = installed(tmp_path / "site", None)
     monkeypatch.syspath_prepend(site)
@@ -118,11 +120,7 @@ def test_the_state_of_a_distribution_tells_where_it_came_from(tmp_path: Path, mo
     assert state_words(state) == commits[-1][:12]
     (tmp_path / "repository" / "notes.txt").write_text("changed", "utf-8")
     assert installed_state("mine-engine") == "0.1.0 (not committed)"
-
-
-def test_the_states_between_two_commits_are_walked_in_either_direction(tmp_path: Path) -> None:
-    commits = repository(tmp_path / "repository")
-    states = [f"0.1.0 @ git+{(tmp_path / 'repository').as_uri()}@{commit}" for commit in commits]
+    states = [f"0.1.0 @ git+{uri}@{commit}" for commit in commits]
     (tmp_path / "one").mkdir()
     (tmp_path / "other").mkdir()
     assert states_between(states[0], states[-1], tmp_path / "one") == states

@@ -1,25 +1,26 @@
-"""Releases of an engine: which the index has, and what is measured of each."""
+"""Releases of an engine: which the index has, what is measured of each, and with which dependencies it is imported."""
 
 from __future__ import annotations
 
 import datetime
+from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from packaging.version import Version
 
+from barchain.nightly.attribution import environments as dated
 from barchain.nightly.attribution import release_runs as study
 from barchain.nightly.attribution import releases as index
+from barchain.nightly.attribution.environments import PinnedEnvironment, dependencies_at
 from barchain.nightly.attribution.release_runs import engine_and_distribution, releases_study
 from barchain.nightly.attribution.releases import Release, releases_of
 from barchain.nightly.errors import PinnedEnvironmentError
+from barchain.runs.processes import Finished
 from barchain.studies.study import run_study
 from reports.render import render_study
 from reports.results.releases import FILES
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 DAY = datetime.datetime(2026, 1, 2, tzinfo=datetime.UTC)
 
@@ -54,28 +55,26 @@ def test_releases_are_wheels_that_fit_here_in_the_order_of_their_versions(files:
     assert [str(r.version) for r in releases_of("mujoco", "3.10")] == ["3.10.0"]
 
 
-def test_a_first_version_that_is_none_is_told(files: list[SimpleNamespace]) -> None:
+@pytest.mark.parametrize(
+    ("given", "since", "said"),
+    [
+        ("mujocco", "", "did you mean mujoco"),
+        ("reference", "", "part of barchain"),
+        ("mujoco", "latest", "latest given, allowed: a version"),
+        ("mujoco", "9", "no wheel for this Python and platform from 9 on"),
+    ],
+)
+def test_an_engine_or_a_version_without_releases_is_told(
+    files: list[SimpleNamespace], given: str, since: str, said: str
+) -> None:
     assert files == []
-    with pytest.raises(PinnedEnvironmentError, match="latest given, allowed: a version"):
-        releases_of("mujoco", "latest")
+    with pytest.raises(PinnedEnvironmentError, match=said):
+        releases_study(given, since=since)
 
 
 def test_an_engine_or_its_distribution_can_be_named() -> None:
     assert engine_and_distribution("exudyn") == ("exudyn", "exudyn")
     assert engine_and_distribution("pin") == ("pinocchio", "pin")
-    assert engine_and_distribution("scipy")[1] == "scipy"
-
-
-@pytest.mark.parametrize(("given", "said"), [("mujocco", "did you mean mujoco"), ("reference", "part of barchain")])
-def test_a_name_without_releases_is_told(given: str, said: str) -> None:
-    with pytest.raises(PinnedEnvironmentError, match=said):
-        engine_and_distribution(given)
-
-
-def test_an_engine_without_a_fitting_wheel_is_told(files: list[SimpleNamespace]) -> None:
-    assert files == []
-    with pytest.raises(PinnedEnvironmentError, match="no wheel for this Python and platform from 9 on"):
-        releases_study("mujoco", since="9")
 
 
 def test_scenes_that_the_engine_does_not_support_are_told(files: list[SimpleNamespace]) -> None:
@@ -145,3 +144,74 @@ def test_two_real_releases_of_pymunk_agree_in_every_digit(tmp_path: Path, monkey
     assert len(tables.runs) >= 2
     assert tables.runs["trajectory"].nunique() == 1
     assert (tables.releases["import_s"] > 0.0).all()
+
+
+PIN: Any = SimpleNamespace(distribution="pin", engine="pinocchio")
+RELEASE: Any = SimpleNamespace(version="3.4.0", date="2025-02-13")
+MISSING = "ImportError: liburdfdom_sensor.so.4.0: cannot open shared object file"
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
+    """Pins of each environment that was made."""
+    found: list[tuple[str, ...]] = []
+
+    def make(pins: list[str], **_: Any) -> PinnedEnvironment:
+        found.append(tuple(pins))
+        return PinnedEnvironment(Path("nowhere"), tuple(pins), ("cmeel-urdfdom 4.0.1 (here 6.0.0)",) * (len(pins) > 1))
+
+    monkeypatch.setattr(study, "pinned_environment", make)
+    monkeypatch.setattr(study, "dependencies_at", lambda *_: ["cmeel-urdfdom==4.0.1"])
+    return found
+
+
+def imports_with(monkeypatch: pytest.MonkeyPatch, *pins: str) -> None:
+    """Let a release import only where some versions are pinned."""
+
+    def probe(_: Any, environment: PinnedEnvironment, *__: Any) -> dict[str, Any]:
+        facts = {"moved": ", ".join(environment.moved)}
+        return facts | ({"import_s": 0.2} if set(pins) <= set(environment.pins) else {"fault": MISSING})
+
+    monkeypatch.setattr(study, "probe", probe)
+
+
+def test_a_release_that_imports_today_keeps_the_dependencies_of_today(made, monkeypatch, tmp_path) -> None:
+    imports_with(monkeypatch)
+    _, facts, note = study.working_environment(PIN, RELEASE, tmp_path, tmp_path)
+    assert made == [("pin==3.4.0",)]
+    assert (facts, note) == ({"import_s": 0.2, "moved": ""}, "")
+
+
+def test_a_release_that_needs_earlier_dependencies_gets_them_and_says_so(made, monkeypatch, tmp_path) -> None:
+    imports_with(monkeypatch, "cmeel-urdfdom==4.0.1")
+    environment, facts, note = study.working_environment(PIN, RELEASE, tmp_path, tmp_path)
+    assert made[1] == environment.pins == ("cmeel-urdfdom==4.0.1", "pin==3.4.0")
+    assert facts["moved"] == "cmeel-urdfdom 4.0.1 (here 6.0.0)"
+    assert note == f"with the dependencies of its own time; with today's: {MISSING}"
+
+
+def test_a_release_that_imports_with_neither_has_the_fault_of_today(made, monkeypatch, tmp_path) -> None:
+    imports_with(monkeypatch, "no such pin")
+    environment, facts, note = study.working_environment(PIN, RELEASE, tmp_path, tmp_path)
+    assert environment.pins == made[0]
+    assert (facts["fault"], note) == (MISSING, "")
+
+
+def test_the_index_is_asked_for_versions_up_to_a_month_after_the_release(monkeypatch) -> None:
+    asked: list[list[str]] = []
+
+    def run(line: list[str], **_: Any) -> Finished:
+        asked.append(line)
+        return Finished(0, 1.0, content=b"numpy==2.2.3\npin==3.4.0\n")
+
+    monkeypatch.setattr(dated, "run", run)
+    assert dependencies_at("pin==3.4.0", "2025-02-13") == ["numpy==2.2.3"]
+    assert asked[0][asked[0].index("--exclude-newer") + 1] == "2025-03-15"
+
+
+@pytest.mark.parametrize(("day", "said"), [("", "gives no day for pin==3.4.0"), ("2025-02-13", "no versions")])
+def test_no_day_and_no_versions_are_told(monkeypatch, day: str, said: str) -> None:
+    ended = Finished(1, 1.0, "no versions", said="no versions")
+    monkeypatch.setattr(dated, "run", lambda *_, **__: ended)
+    with pytest.raises(PinnedEnvironmentError, match=said):
+        dependencies_at("pin==3.4.0", day)

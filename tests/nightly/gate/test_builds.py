@@ -58,11 +58,9 @@ def test_one_build_beside_itself_opens_the_gate(quick: None, capsys: pytest.Capt
     assert "Trajectories have other bits in 0 of 1 scenes." in said
 
 
-@pytest.mark.parametrize(
-    "known", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.exhaustive)]
-)
+@pytest.mark.slow
 def test_a_program_that_became_wrong_closes_the_gate_until_it_is_known(
-    quick: None, capsys: pytest.CaptureFixture[str], known: bool
+    quick: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_program("mine", "python-program", Path("base"))
     entries = Path("base/engines.toml")
@@ -83,10 +81,9 @@ def test_a_program_that_became_wrong_closes_the_gate_until_it_is_known(
     assert said == Path("gate.md").read_text("utf-8")
     assert re.match(r"### \S+ figures are worse in one scene, among \d+ figures.\n", said)
     assert re.search(r"\| short:mine::verdict and \d+ more of this scene \| pass \| inconsistent", said)
-    if known:
-        Path("known_failures.toml").write_text('[[failure]]\npattern = "short"\nreason = "a bet"\n', "utf-8")
-        assert run(line) == 0
-        assert capsys.readouterr().out.startswith("### Nothing is worse but ")
+    Path("known_failures.toml").write_text('[[failure]]\npattern = "short"\nreason = "a bet"\n', "utf-8")
+    assert run(line) == 0
+    assert capsys.readouterr().out.startswith("### Nothing is worse but ")
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from barchain.nightly.history.judging import change_named, changes_named, judge
 from barchain.nightly.history.nights import NightStore, open_store
 from barchain.nightly.history.standing import every_change
 from tests.nightly.history.histories import history_of, news_of
-from tests.nightly.history.synthetic import bits, count, error, night, verdict
+from tests.nightly.history.synthetic import error, night, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,40 +42,12 @@ def worse_and_not_accepted(judged: JudgedNight, known: Sequence[Acceptance], at:
     return [c for c in judged.tonight if c.direction is Direction.WORSE and accepting(c, known, at) is None]
 
 
-def test_what_was_accepted_is_accepted_numerically_and_comes_back_when_it_moves() -> None:
-    (made,) = acceptances_of([last_change(1e-5, 3e-5)], "someone", AT, "a looser tolerance")
-    assert accepting(last_change(1e-5, 3e-5), [made], AT) is made
-    assert accepting(last_change(1e-5, 3e-5 + 1e-12), [made], AT) is made
-    assert accepting(last_change(1e-5, 3e-5, 4e-5), [made], AT) is None
-    assert accepting(last_change(1e-5, 3e-5, 1e-5), [made], AT) is None
-
-
 def test_an_acceptance_ends_on_its_date() -> None:
     until = AT + datetime.timedelta(days=30)
     change = last_change(1e-5, 3e-5)
     (made,) = acceptances_of([change], "someone", AT, "for a month", until)
     assert accepting(change, [made], until - datetime.timedelta(seconds=1)) is made
     assert accepting(change, [made], until) is None
-
-
-@pytest.mark.parametrize(
-    ("was", "now", "later"),
-    [
-        (verdict("pass"), verdict("failed"), verdict("timed_out")),
-        (count(100), count(200), count(201)),
-    ],
-)
-def test_verdicts_and_counts_are_accepted_exactly(was, now, later) -> None:
-    nights = history_of([was], [now], [later])
-    first, second = news_of(nights)
-    (made,) = acceptances_of([first], "someone", AT, "known")
-    assert accepting(first, [made], AT) is made
-    assert accepting(second, [made], AT) is None
-
-
-def test_a_reason_is_needed() -> None:
-    with pytest.raises(ValueError, match="reason"):
-        acceptances_of([last_change(1e-5, 3e-5)], "someone", AT, " ")
 
 
 def test_acceptances_are_stored_once_and_outlive_their_nights(store: NightStore) -> None:
@@ -88,14 +60,6 @@ def test_acceptances_are_stored_once_and_outlive_their_nights(store: NightStore)
     assert len(worse_and_not_accepted(judged, [], AT)) == 1
     store.prune(keep=1)
     assert accepted(store) == (made,)
-
-
-def test_a_run_that_is_not_reproducible_can_not_be_accepted(store: NightStore) -> None:
-    for k, word in enumerate(("aa", "bb")):
-        store.add(night(bits(word), number=k))
-    (change,) = judge(store).tonight
-    with pytest.raises(HistoryError, match="can't be accepted"):
-        accept(store, [change], "someone", "never mind")
 
 
 @pytest.fixture
@@ -129,7 +93,6 @@ def test_changes_are_listed_accepted_and_then_shown_as_accepted(
     [
         (["changes", "2026-02"], "no such night"),
         (["accept", "paper/fig05:mujoco:steps_per_orbit=1000:attitude.mx", "--reason", "x"], "attitude.max?"),
-        (["accept", "0123456789"], "--reason"),
         (["accept", error().identity.name, "--reason", " "], "--reason"),
         (["accept", error().identity.name, "--reason", "x", "--until", "2020-01-01"], "has passed"),
         (["accept", error().identity.name, "--reason", "x", "--until", "soon"], "soon"),
@@ -142,21 +105,13 @@ def test_a_fault_is_one_line(filled: Path, words: list[str], said: str, capsys: 
     assert said in shown
 
 
-def test_the_same_value_after_a_recovery_is_another_change() -> None:
-    nights = history_of([error(1e-5)], [error(3e-5)], [error(1e-5)], [error(3e-5)])
-    first, _, second = news_of(nights)
-    for one, other in ((first, second), (second, first)):
-        (made,) = acceptances_of([one], "someone", AT, "a looser tolerance")
-        assert accepting(one, [made], AT) is made
-        assert accepting(other, [made], AT) is None
-
-
 def test_a_second_acceptance_says_which_one_it_replaces(filled: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["history", "accept", error().identity.name, "--reason"]
     assert run([*words, "first"]) == 0
     assert "replaces" not in capsys.readouterr().out
     assert run([*words, "second"]) == 0
     assert re.search(r"replaces: .*: first$", capsys.readouterr().out, re.MULTILINE)
+    assert [one.reason for one in accepted(open_store(str(filled)))] == ["second"]
 
 
 def test_one_entry_accepts_all_that_fits_a_pattern_and_ends_for_each_figure_that_moves(store: NightStore) -> None:

@@ -38,12 +38,6 @@ def test_a_run_without_time_is_no_change_and_neither_is_its_return() -> None:
     assert news_of(nights) == []
 
 
-def test_a_verdict_that_flipped_while_its_run_had_no_time_is_told() -> None:
-    nights = history_of(*[[verdict()], [left_out()], [verdict("inaccurate")]])
-    (change,) = news_of(nights)
-    assert (change.was.word, change.now.word, change.since) == ("pass", "inaccurate", nights[2].name)
-
-
 @pytest.mark.parametrize("gap", [1, PATIENCE - 1])
 def test_an_engine_that_was_exchanged_while_its_run_had_no_time_is_the_suspect(gap: int) -> None:
     nights = history_of([verdict()], [verdict()], *[[left_out()]] * gap, [verdict("inconsistent")])
@@ -60,11 +54,6 @@ def test_a_run_that_stays_without_time_is_told_once() -> None:
     (change,) = news_of(nights)
     assert (change.direction, change.since) == (Direction.WORSE, nights[PATIENCE].name)
     assert NO_TIME in change.reason
-
-
-def test_a_run_that_never_had_time_is_no_change() -> None:
-    nights = history_of(*[[left_out()] for _ in range(2 * PATIENCE)])
-    assert news_of(nights) == []
 
 
 def test_counts_of_a_run_without_time_have_not_vanished() -> None:

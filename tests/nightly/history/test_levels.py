@@ -14,10 +14,7 @@ from barchain.nightly.figures.suspects import unknown_parts
 from barchain.nightly.history.acceptances import accept, accepted
 from barchain.nightly.history.judging import (
     FILE,
-    changes_named,
-    content_of,
     folded_night,
-    folded_of,
     judge,
     read_levels,
 )
@@ -61,55 +58,46 @@ def held(store: NightStore) -> list[float | None]:
     return [state.change.factor for state in standing(judge(store), accepted(store)) if state.acceptance is not None]
 
 
-def test_a_small_step_after_a_large_one_is_told_with_its_own_factor_and_stands_with_the_whole_one(
+COURSES = {
+    "two steps are open with their whole factor": ((1, 5, 6), set(), [(6, 2)], []),
+    "an accepted small step leaves the large one before it open": ((1, 5, 6), {2}, [(5, 1)], []),
+    "steps that were accepted one after the other are accepted together": ((1, 5, 6), {1, 2}, [], [6]),
+    "an accepted step stays so once the open one before it is undone": ((1, 5, 6, 1.2), {2}, [], [1.2]),
+    "two causes of errors do not multiply exactly": ((1, 5, 6, 1.2, 1.22), {2}, [], [1.22]),
+    "the undone step is open if it comes back": ((1, 5, 6, 1.2, 1.22, 5), {2}, [(5 / 1.22, 1)], []),
+    "an accepted step lets no larger one through once the open one is undone": (
+        (1, 5, 6, 2), {2}, [(2 / 1.2, 1)], [],
+    ),
+    "what becomes better while it is worse than accepted is no step": ((1, 5, 3), set(), [(3, 1)], []),
+    "what comes on top of an accepted step is relative to it": ((1, 5, 5, 6), {1}, [(1.2, 1)], []),
+    "an accepted figure that became better stays accepted": ((1, 5, 3), {1}, [], [3]),
+    "an accepted figure that became better may be no worse again": ((1, 5, 3, 5), {1}, [(5 / 3, 1)], []),
+    "an acceptance ends where the figure is back at its level": ((1, 5, 1, 5), {1}, [(5, 1)], []),
+    "a missing figure can be accepted": ((1, 1, None), {2}, [], [None]),
+    "a figure that comes back worse is not accepted with its absence": ((1, 1, None, 10), {2}, [(10, 1)], []),
+    "an improvement of two nights is no level": ((1, 0.2, 0.2, 1), set(), [], []),
+    "an improvement is the level after three nights": ((1, 0.2, 0.2, 0.2, 1), set(), [(5, 1)], []),
+    "the level is then the worst of these three": ((1, 0.2, 0.5, 0.3, 0.5), set(), [], []),
+    "what is worse than the worst of these three is worse": ((1, 0.2, 0.5, 0.3, 0.5, 0.6), set(), [(1.2, 1)], []),
+}  # fmt: skip
+"""Errors of nights, relative to a good one, the nights whose news is accepted, and what is red or held in the end"""
+
+
+@pytest.mark.parametrize(("factors", "accepting", "open_ones", "accepted_ones"), COURSES.values(), ids=list(COURSES))
+def test_what_is_worse_is_measured_from_its_level_and_from_what_was_accepted(
     store: NightStore,
+    factors: Sequence[float | None],
+    accepting: set[int],
+    open_ones: list[tuple[float, int]],
+    accepted_ones: list[float | None],
 ) -> None:
-    judged = add(store, 1, 5, 6)
-    assert [change.factor for change in judged.tonight] == pytest.approx([1.2])
-    ((factor, steps),) = red(store)
-    assert (factor, steps) == (pytest.approx(6.0), 2)
-
-
-def test_accepting_a_small_step_does_not_accept_the_large_one_before_it(store: NightStore) -> None:
-    judged = add(store, 1, 5, 6)
-    accept(store, [judged.tonight[0]], "Ada", "a cheaper step")
-    assert red(store) == [(pytest.approx(5.0), 1)]
-    accept(store, changes_named(judged, NAME), "Ada", "all of it")
-    assert (red(store), held(store)) == ([], pytest.approx([6.0]))
-
-
-def test_an_accepted_step_stays_accepted_once_the_open_one_before_it_is_undone(store: NightStore) -> None:
-    accept(store, [add(store, 1, 5, 6).tonight[0]], "Ada", "a cheaper step")
-    for alone in (1.2, 1.22):  # two causes of errors do not multiply exactly
-        add(store, alone)
-        assert (red(store), held(store)) == ([], pytest.approx([alone]))
-    add(store, 5)
-    assert red(store) == [(pytest.approx(5.0 / 1.22), 1)]
-
-
-def test_an_accepted_step_lets_no_larger_one_through_once_the_open_one_before_it_is_undone(store: NightStore) -> None:
-    accept(store, [add(store, 1, 5, 6).tonight[0]], "Ada", "a cheaper step")
-    add(store, 2)
-    assert (red(store), held(store)) == ([(pytest.approx(2.0 / 1.2), 1)], [])
-
-
-def test_what_becomes_better_while_it_is_worse_than_accepted_is_no_step(store: NightStore) -> None:
-    add(store, 1, 5, 3)
-    assert red(store) == [(pytest.approx(3.0), 1)]
-
-
-def test_steps_that_were_accepted_one_after_the_other_are_accepted_together(store: NightStore) -> None:
-    for factor in (1, 5, 6):
+    for k, factor in enumerate(factors):
         judged = add(store, factor)
-        if judged.tonight:
+        if k in accepting:
             accept(store, judged.tonight, "Ada", "meant")
-            assert red(store) == []
-
-
-def test_what_comes_on_top_of_an_accepted_step_is_relative_to_it(store: NightStore) -> None:
-    accept(store, add(store, 1, 5).tonight, "Ada", "meant")
-    add(store, 5, 6)
-    assert red(store) == [(pytest.approx(1.2), 1)]
+    assert [steps for _, steps in red(store)] == [steps for _, steps in open_ones]
+    assert [factor for factor, _ in red(store)] == pytest.approx([factor for factor, _ in open_ones])
+    assert held(store) == pytest.approx(accepted_ones)
 
 
 def test_a_drift_is_told_on_each_night_and_stands_with_its_whole_factor_since_its_first_step(store: NightStore) -> None:
@@ -125,41 +113,14 @@ def test_a_figure_that_is_back_at_its_level_says_so(store: NightStore) -> None:
     assert red(store) == []
 
 
-def test_an_accepted_figure_that_became_better_may_be_no_worse_again(store: NightStore) -> None:
-    accept(store, add(store, 1, 5).tonight, "Ada", "meant")
-    add(store, 3)
-    assert (red(store), held(store)) == ([], pytest.approx([3.0]))
-    add(store, 5)
-    assert red(store) == [(pytest.approx(5.0 / 3.0), 1)]
-
-
-def test_an_acceptance_ends_where_the_figure_is_back_at_its_level(store: NightStore) -> None:
-    accept(store, add(store, 1, 5).tonight, "Ada", "meant")
-    add(store, 1, 5)
-    assert red(store) == [(pytest.approx(5.0), 1)]
-
-
-def test_a_figure_that_comes_back_worse_is_not_accepted_with_its_absence(store: NightStore) -> None:
-    accept(store, add(store, 1, 1, None).tonight, "Ada", "not measured this week")
-    assert red(store) == []
-    add(store, 10)
-    assert [factor for factor, _ in red(store)] == pytest.approx([10.0])
-
-
-@pytest.mark.parametrize(("nights", "is_red"), [(1, False), (2, False), (3, True)])
-def test_an_improvement_is_the_level_after_three_nights(store: NightStore, nights: int, is_red: bool) -> None:
-    judged = add(store, 1, *[0.2] * nights)
-    assert [change.direction for change in judged.tonight] == ([Direction.BETTER] if nights == 1 else [])
+@pytest.mark.parametrize(("nights", "is_red"), [(2, False), (3, True)])
+def test_the_end_of_an_improvement_is_worse_only_after_three_nights(
+    store: NightStore, nights: int, is_red: bool
+) -> None:
+    assert [change.direction for change in add(store, 1, 0.2).tonight] == [Direction.BETTER]
+    assert add(store, *[0.2] * (nights - 1)).tonight == ()
     judged = add(store, 1)
-    assert bool(red(store)) is is_red
     assert [change.direction for change in judged.tonight] == [Direction.WORSE if is_red else Direction.CHANGED]
-
-
-def test_the_level_after_an_improvement_is_the_worst_of_its_three_nights(store: NightStore) -> None:
-    add(store, 1, 0.2, 0.5, 0.3, 0.5)
-    assert red(store) == []
-    add(store, 0.6)
-    assert red(store) == [(pytest.approx(1.2), 1)]
 
 
 def test_noise_of_rounding_is_never_red(store: NightStore) -> None:
@@ -187,18 +148,22 @@ def test_a_step_of_an_error_of_rounding_that_moved_little_before_is_its_own(stor
     assert (state.change.last, state.change.since) == tuple(one.name for one in store.nights()[2:])
 
 
-def test_the_errors_of_a_wrong_result_bind_no_right_one(store: NightStore) -> None:
-    def judged_as(word: str, factor: float, number: int) -> None:
+@pytest.mark.parametrize(
+    ("nights", "factors"),
+    [
+        ([("inconsistent", 1.0), ("inconsistent", 0.1), ("pass", 3.0)], []),
+        ([("inconsistent", 1.0), ("inconsistent", 0.1), ("pass", 3.0), ("pass", 6.0)], [2.0]),
+        ([("pass", 1.0), ("inconsistent", 1.0), ("pass", 2.0)], [2.0]),
+    ],
+)
+def test_the_errors_of_a_wrong_result_bind_no_right_one_and_those_of_right_nights_do(
+    store: NightStore, nights: list[tuple[str, float]], factors: list[float]
+) -> None:
+    for number, (word, factor) in enumerate(nights):
         own = verdict(word)
         own = dataclasses.replace(own, identity=dataclasses.replace(own.identity, setting=""))
         store.add(night(error(factor * GOOD), own, number=number))
-
-    judged_as("inconsistent", 1.0, 0)
-    judged_as("inconsistent", 0.1, 1)
-    judged_as("pass", 3.0, 2)
-    assert red(store) == []
-    judged_as("pass", 6.0, 3)
-    assert red(store) == [(pytest.approx(2.0), 1)]
+    assert [factor for factor, _ in red(store)] == pytest.approx(factors)
 
 
 def test_a_run_that_is_not_reproducible_is_red_on_its_night_only(store: NightStore) -> None:
@@ -207,14 +172,6 @@ def test_a_run_that_is_not_reproducible_is_red_on_its_night_only(store: NightSto
     nights = [one.name for one in store.nights()]
     assert [judge(store, name).worse for name in nights] == [False, True, False]
     assert standing(judge(store)) == []
-
-
-def test_a_late_night_of_another_machine_leaves_a_quiet_night_quiet(store: NightStore) -> None:
-    add(store, 5, 5, first=10)
-    store.add(night(count(), error(GOOD), number=0, environment=OTHER_CLASS))
-    assert red(store) == []
-    add(store, 5, first=12)
-    assert red(store) == []
 
 
 def test_a_late_night_begins_levels_that_were_not_there_and_changes_nothing_else(store: NightStore) -> None:
@@ -253,27 +210,18 @@ def test_levels_that_a_night_lost_are_folded_again(store: NightStore, damage: st
     assert folded_night(store, store.summary("latest"), store.nights()) == before
 
 
-def test_levels_of_a_night_from_another_history_hide_nothing_that_is_open(store: NightStore, tmp_path: Path) -> None:
-    add(store, 1, 5, 5)
+@pytest.mark.parametrize("copied", ["latest", "earlier"])
+def test_nights_from_another_history_hide_nothing_that_is_open(store: NightStore, tmp_path: Path, copied: str) -> None:
     other = open_store(str(tmp_path / "other"), create=True)
-    add(other, 5, first=3)
-    (copied,) = other.nights()
+    if copied == "latest":
+        add(store, 1, 5, 5)
+        add(other, 5, first=3)
+    else:
+        add(other, 20, 6, first=3)
+        add(store, 1, 5, 5, first=10)
     for name in other.place.sizes("*/*"):
         store.place.write(name, other.place.read(name) or b"")
-    assert read_levels(store.place, copied) is not None
-    assert red(store) == [(pytest.approx(5.0), 1)]
-    add(store, 5, first=4)
-    assert red(store) == [(pytest.approx(5.0), 1)]
-
-
-def test_earlier_nights_from_another_history_hide_nothing_that_is_open_either(
-    store: NightStore, tmp_path: Path
-) -> None:
-    other = open_store(str(tmp_path / "other"), create=True)
-    add(other, 20, 6, first=3)
-    add(store, 1, 5, 5, first=10)
-    for name in other.place.sizes("*/*"):
-        store.place.write(name, other.place.read(name) or b"")
+    assert read_levels(store.place, other.nights()[0]) is not None
     assert red(store) == [(pytest.approx(5.0), 1)]
     add(store, 5, first=13)
     assert red(store) == [(pytest.approx(5.0), 1)]
@@ -312,14 +260,6 @@ def test_parts_behind_a_change_since_a_pruned_night_are_unknown(store: NightStor
     assert change.last in unknown
 
 
-def test_levels_come_back_from_their_file_as_they_were(store: NightStore) -> None:
-    add(store, 1, 5, None, 6)
-    latest = store.summary("latest")
-    kept = read_levels(store.place, latest)
-    assert kept is not None
-    assert folded_of(content_of(kept)) == kept == folded_night(store, latest, store.nights())
-
-
 def test_a_night_whose_damage_was_not_seen_tells_nothing_and_costs_itself_alone(store: NightStore) -> None:
     before = add(store, 1, 1, 5)
     last = night(error(5 * GOOD), number=3)
@@ -336,6 +276,8 @@ def test_what_is_worse_stays_so_when_nights_are_pruned(store: NightStore) -> Non
     before = red(store)
     assert len(store.prune(keep=1, spared=needed_nights(store))) > 8
     assert red(store) == before
+    (state,) = standing(judge(store))
+    assert {state.change.last, state.change.since, state.latest} <= {one.name for one in store.nights()}
     add(store, 6, first=16)
     assert red(store) == before
 

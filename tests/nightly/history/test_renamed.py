@@ -17,7 +17,7 @@ from barchain.nightly.history.news import keep_judgement
 from barchain.nightly.history.pruning import needed_nights
 from barchain.nightly.history.standing import every_change, still_holding
 from tests.nightly.history.noise import noise
-from tests.nightly.history.synthetic import PARTS, bits, error, night, ratio, verdict
+from tests.nightly.history.synthetic import PARTS, bits, error, night, ratio
 
 if TYPE_CHECKING:
     from barchain.nightly.history.levels import JudgedNight
@@ -130,27 +130,11 @@ def test_what_changes_with_another_setting_has_the_setting_as_a_suspect(store: N
     assert suspects_of(change, later.by_name) == (suspect,)
 
 
-def test_the_bits_of_another_setting_are_no_change(store: NightStore) -> None:
-    for k in range(6):
-        steps = 1000 if k < 3 else 2000
-        judged = add(store, k, named(bits(f"{steps}"), "s", f"steps_per_orbit={steps}"), s="x", plan=str(steps))
-        assert not any(c.irreproducible for c in judged.tonight)
-
-
 def test_the_bits_of_a_setting_that_an_engine_has_no_longer_are_not_missing(store: NightStore) -> None:
     for k in range(6):
         setting = f"steps_per_orbit={1000 if k < 3 else 2000}"
         judged = add(store, k, named(bits(setting), "s", setting), named(error(RIGHT), "s", setting), s="x")
         assert (judged.tonight, holding(judged)) == ((), [])
-
-
-def test_a_verdict_that_changes_with_the_setting_has_it_as_a_suspect(store: NightStore) -> None:
-    for k in range(4):
-        setting, word = ("steps_per_orbit=1000", "pass") if k < 3 else ("steps_per_orbit=10", "inconsistent")
-        figures = named(error(RIGHT if k < 3 else WRONG), "s", setting), named(verdict(word), "s", "")
-        judged = add(store, k, *figures, s="x")
-    found = [suspects_of(change, judged.by_name)[0].words for change in judged.tonight]
-    assert found == ["setting:mujoco steps_per_orbit=1000 → steps_per_orbit=10"] * 2
 
 
 @pytest.mark.parametrize("setting", ["attitude<=1e-{}", "bars={}"])
@@ -174,25 +158,6 @@ def test_pruning_keeps_the_nights_on_which_a_figure_got_another_name(store: Nigh
     before = holding(judge(store))
     assert store.prune(keep=1, spared=needed_nights(store))
     assert holding(judge(store)) == before == [("new", "2026-01-03")]
-
-
-def test_an_accepted_change_stays_accepted_when_nights_are_pruned(store: NightStore) -> None:
-    for k in range(8):
-        judged = add(store, k, named(error(RIGHT if k < 2 else WRONG), "s"), s="x")
-        if k == 2:
-            accept(store, judged.tonight, "me", "meant")
-    assert store.prune(keep=1, spared=needed_nights(store))
-    (change,) = still_holding(judge(store))
-    assert accepting(change, accepted(store), LATER) is not None
-
-
-def test_a_regression_holds_after_the_old_setting_is_used_again(store: NightStore) -> None:
-    for k in range(3):
-        add(store, k, named(error(RIGHT), "s", "rtol=1e-6"))
-    for k in range(3, 9):
-        again = [named(error(RIGHT), "s", "rtol=1e-6")] if k > 5 else []
-        judged = add(store, k, named(error(WRONG), "s", "rtol=1e-8"), *again)
-    assert holding(judged) == [("s", "2026-01-04")]
 
 
 def test_a_figure_that_gets_its_old_name_back_is_the_same_figure(store: NightStore) -> None:

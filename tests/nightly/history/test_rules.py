@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import given
@@ -17,14 +16,10 @@ from barchain.nightly.figures.changes import (
     judge_verdict,
 )
 from barchain.nightly.figures.figure import Figure, FigureKind, FigureUnit, NightPart
-from barchain.nightly.history.judging import judge
 from barchain.nightly.history.standing import still_holding
 from reports.results.outcome import Outcome
 from tests.nightly.history.histories import folded, history_of, judged_last, news_of
-from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, count, error, identity, night, verdict
-
-if TYPE_CHECKING:
-    from barchain.nightly.history.nights import NightStore
+from tests.nightly.history.synthetic import NAMES, PARTS, bits, count, error, identity, verdict
 
 
 def value(number: float, low: float | None = None, high: float | None = None, tolerance: float | None = None) -> Figure:
@@ -52,9 +47,6 @@ def test_an_error_without_recorded_rounding_is_never_called_the_same() -> None:
     assert judge_number(was, error(1.000001e-5, tolerance=None)).direction is Direction.CHANGED
     assert judge_number(was, error(1.1e-5, tolerance=None)).direction is Direction.WORSE
     assert judge_number(was, error(1.1e-5, tolerance=1.0)).direction is Direction.WORSE
-
-
-def test_an_error_that_was_zero_has_no_factor() -> None:
     judged = judge_number(error(0.0), error(1e-3))
     assert (judged.direction, judged.factor) == (Direction.WORSE, None)
 
@@ -118,14 +110,8 @@ def test_each_study_has_its_own_scale(was: str, now: str, direction: Direction) 
     assert judge_verdict(verdict(was), verdict(now)).direction is direction
 
 
-def test_counts_are_exact() -> None:
-    assert compared(count(1000), count(1000)) is None
-    judged = compared(count(1000), count(1001))
-    assert judged.direction is Direction.CHANGED
-    assert judged.factor == pytest.approx(1.001)
-
-
-def test_values_change_where_their_intervals_part() -> None:
+def test_counts_are_exact_and_values_change_where_their_intervals_part() -> None:
+    assert compared(count(1000), count(1001)).direction is Direction.CHANGED
     assert compared(value(2.0, 1.9, 2.1), value(2.15, 2.05, 2.2)).direction is Direction.SAME
     assert compared(value(2.0, 1.9, 2.1), value(2.4, 2.3, 2.5)).direction is Direction.CHANGED
     assert compared(value(2.0, tolerance=0.1), value(2.15, tolerance=0.1)).direction is Direction.SAME
@@ -183,22 +169,3 @@ def test_a_vanished_figure_is_told_and_one_that_is_measured_now_and_then_is_not(
     assert judged_last(rotating).tonight == ()
     interrupted = history_of(full, full, less, complete={2: False})
     assert judged_last(interrupted).tonight == ()
-
-
-def test_a_void_night_is_neither_judged_nor_judged_against() -> None:
-    void = history_of([error(1e-5)], [error(9e-5)], void={1: "a fault was missed"})
-    assert judged_last(void).tonight == ()
-    after = history_of([error(1e-5)], [error(9e-5)], [error(1e-5)], void={1: "a fault was missed"})
-    judged = judged_last(after)
-    assert judged.tonight == ()
-    assert judged.judged == 1
-
-
-def test_nights_of_another_machine_class_are_left_out_unless_there_are_no_others(store: NightStore) -> None:
-    elsewhere = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
-    for k, (value, environment) in enumerate(((10, ENVIRONMENT), (11, elsewhere), (10, ENVIRONMENT))):
-        store.add(night(count(value), number=k, environment=environment))
-    names = [one.name for one in store.nights()]
-    (change,) = judge(store, names[1]).tonight
-    assert change.last == names[0]
-    assert judge(store, names[2]).tonight == ()

@@ -3,36 +3,35 @@
 from __future__ import annotations
 
 import errno
-import multiprocessing
 import os
 import random
-import signal
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
 from barchain.cli.main import run
 from barchain.nightly.history.judging import judge
-from barchain.nightly.history.nights import NightStore, open_store
+from barchain.nightly.history.nights import NightStore, export_parquet, open_store
 from reports.results.writing import DigestedFile
 from tests.nightly.history.synthetic import error, large_night, night
 from tests.support.nightly import read_nightly
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
-FIGURES = 300
-CONTEXT = multiprocessing.get_context("spawn")
+FIGURES = 100
 WRITER = """
 import sys
 from barchain.nightly.history.nights import open_store
 from tests.nightly.history.synthetic import large_night
-nights = [large_night(k, 300) for k in range(8)]
+nights = [large_night(int(k), int(sys.argv[2])) for k in sys.argv[3:]]
 print("ready", flush=True)
+sys.stdin.readline()
 store = open_store(sys.argv[1], create=True)
 for night in nights:
     store.add(night)
@@ -40,12 +39,13 @@ for night in nights:
 """
 
 
-def add_all(url: str, numbers: list[int], begin: Any) -> None:
-    made = [large_night(k, FIGURES) for k in numbers]
-    begin.wait()
-    store = open_store(url, create=True)
-    for each in made:
-        store.add(each)
+def writer(url: str, numbers: Iterable[int]) -> subprocess.Popen[str]:
+    """Process that makes some nights, and adds them once it is told to."""
+    line = [sys.executable, "-c", WRITER, url, str(FIGURES), *map(str, numbers)]
+    process = subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
 
 
 def whole(store: NightStore, numbers: range) -> None:
@@ -58,36 +58,30 @@ def whole(store: NightStore, numbers: range) -> None:
 
 
 def test_two_processes_that_add_at_once_lose_and_double_nothing(url: str) -> None:
-    begin = CONTEXT.Barrier(2)
-    numbers = [[0, 1, 2, 3], [2, 3, 4, 5]]  # two of the nights are the same
-    writers = [CONTEXT.Process(target=add_all, args=(url, own, begin)) for own in numbers]
-    for writer in writers:
-        writer.start()
-    for writer in writers:
-        writer.join(60)
-    assert [writer.exitcode for writer in writers] == [0, 0]
+    writers = [writer(url, numbers) for numbers in (range(4), range(2, 6))]  # two of the nights are the same
+    for process in writers:
+        assert process.stdin is not None
+        process.stdin.write("begin\n")
+        process.stdin.flush()
+    for process in writers:
+        process.communicate(timeout=60)
+    assert [process.returncode for process in writers] == [0, 0]
     store = open_store(url)
     assert len(store.nights()) == 6
     whole(store, range(6))
 
 
-def killed_writer(url: str, chance: random.Random) -> list[str]:
-    """Names of the nights that a writer said it had added before it was killed at a random instant."""
-    line = [sys.executable, "-c", WRITER, url]
-    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=os.environ) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(chance.uniform(0.0, 0.4))
-        process.send_signal(signal.SIGKILL)
-        return process.stdout.read().split()
-
-
 @pytest.mark.parametrize("seed", one_in(10, range(10)))
 def test_a_kill_at_any_instant_leaves_whole_nights_and_every_night_that_was_confirmed(url: str, seed: int) -> None:
-    said = killed_writer(url, random.Random(seed))
+    process = writer(url, range(8))
+    assert process.stdin is not None
+    process.stdin.write("begin\n")
+    process.stdin.flush()
+    time.sleep(random.Random(seed).uniform(0.0, 0.4))
+    process.kill()
+    said = process.communicate()[0].split()
     store = open_store(url, create=True)
     assert set(said) <= {n.name for n in store.nights()}
-    whole(store, range(8))
     for k in range(8):
         store.add(large_night(k, FIGURES))
     assert len(store.nights()) == 8
@@ -160,12 +154,10 @@ def test_a_file_that_can_not_grow_is_one_line_and_changes_nothing(url: str) -> N
 def test_a_table_that_can_not_be_exported_whole_leaves_the_earlier_file(
     store: NightStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from barchain.nightly.history.nights import export_parquet
-
     path = tmp_path / "all.parquet"
     path.write_bytes(b"earlier")
     for k in range(3):
-        store.add(large_night(k, 3000))
+        store.add(large_night(k, 1000))
     monkeypatch.setattr(DigestedFile, "write", full)
     with pytest.raises(OSError, match="No space left"):
         export_parquet(store, path)

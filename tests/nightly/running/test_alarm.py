@@ -1,4 +1,4 @@
-"""The test of the alarm: a missed fault makes a night void, also where the self-test or the night was interrupted."""
+"""The test of the alarm and parts that were interrupted: a missed fault makes a night void, what was judged is done."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from barchain.runs.processes import Finished
 from barchain.studies.selftest.faults.catalogue import CONTROLS
 from barchain.studies.selftest.matrix import selftest_study
 from barchain.studies.study import Reporter, run_study
+from reports.results import comparison
 from reports.results.nights.document import AlarmTest, PartState
 from reports.results.selftest import FILES
 from tests.nightly.history.synthetic import night
@@ -49,10 +50,6 @@ def test_a_fault_that_survives_an_interrupted_self_test_makes_the_night_void(tmp
 def test_a_fault_that_an_interrupted_self_test_did_not_try_in_all_scenes_does_not_count(tmp_path: Path) -> None:
     folder = selftest(tmp_path, *everywhere("cut", "killed"), ("length", "basics/a", "survives"), complete=False)
     assert alarm_test(folder) == AlarmTest(1)
-
-
-def test_a_self_test_of_which_no_fault_came_to_its_end_is_no_test_of_the_alarm(tmp_path: Path) -> None:
-    assert alarm_test(selftest(tmp_path, ("cut", "basics/a", "killed"), complete=False)) is None
 
 
 def test_an_alarm_that_planted_nothing_is_a_failed_part_and_not_a_silent_one(tmp_path: Path) -> None:
@@ -92,3 +89,20 @@ def test_an_interrupted_self_test_keeps_the_cells_that_it_has(tmp_path: Path) ->
         run_study(study, tmp_path, reporter=Reporter(counted=counted))
     (kept,) = FILES.contents(tmp_path).fates["fault"]
     assert kept in CONTROLS  # the first that ended: unmodified engines are tried before any fault
+
+
+COMPARED = NightJob("core", "core", "comparison", 1.0, ("compare",), SCENES, 0)
+
+
+@pytest.mark.parametrize(("judged", "state", "left"), [(2, PartState.DONE, ()), (1, PartState.LEFT, ("basics/b",))])
+def test_a_part_is_done_once_all_of_it_was_judged_whatever_was_cut(
+    judged: int, state: PartState, left: tuple[str, ...], tmp_path: Path
+) -> None:
+    rows = [
+        {"scene": scene, "engine": "exudyn", "metric": "verdict", "outcome": "pass", "quantity": "run"}
+        for scene in SCENES[:judged]
+    ]
+    record = {"complete": False, "scenes": {name: {} for name in SCENES}, "engines": {"exudyn": {}}}
+    folder = write_results(tmp_path / "core", comparison.FILES, {"metrics": rows}, record)
+    result = result_of(COMPARED, COMPARED, 10.0, Finished(None, 10.0), folder)
+    assert (result.state, result.left) == (state, left)
