@@ -8,6 +8,7 @@ Processes are those of this machine, or stand beside the workers of a Dask clust
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -92,7 +93,7 @@ def limit_of(job: Job, time_limit_s: float) -> TimeLimit:
 
 def run_task(
     job: Job, limit: TimeLimit, group: PoolGroup | None = None, kept: Callable[[RunResult], object] | None = None,
-    *, first: bool = False, instead: Callable[[], RunResult | None] = lambda: None,
+    *, first: bool = False, instead: Callable[[], RunResult | None] = lambda: None, repetition: int = 0,
 ) -> Task:  # fmt: skip
     """Task that makes a run, for a case.
 
@@ -110,6 +111,8 @@ def run_task(
         Whether it comes before the other runs of its group.
     instead : callable
         Result that makes the run needless, asked for at its turn.
+    repetition : int
+        Number of a run that is made several times: equal numbers share one answer.
     """
     chosen = pool_group(job) if group is None else group
     if chosen is PoolGroup.THIRD_PARTY:
@@ -124,6 +127,7 @@ def run_task(
             kept(found)
         return found
 
+    call = dataclasses.replace(call, repetition=repetition)
     return Task(call, result, (float(chosen), -math.inf if first else -expected_work(job)), instead)
 
 

@@ -44,7 +44,9 @@ if TYPE_CHECKING:
 NAME = r"[a-z][a-z0-9_]{0,39}"
 
 
-def asked_run(scene: Scene | str | Path, engine: str, *, time_limit_s: float = TIME_LIMIT_S, **setting: float) -> Task:
+def asked_run(
+    scene: Scene | str | Path, engine: str, *, time_limit_s: float = TIME_LIMIT_S, repetition: int = 0, **setting: float
+) -> Task:  # fmt: skip
     """Run that a case asks for.
 
     Parameters
@@ -55,6 +57,8 @@ def asked_run(scene: Scene | str | Path, engine: str, *, time_limit_s: float = T
         A registered name.
     time_limit_s : float
         Wall time of the run, s.
+    repetition : int
+        Number of a run that is made several times, as for its time: runs of equal numbers are made once.
     **setting : float
         The engine's accuracy parameter, e.g. ``rtol=1e-12``; its default otherwise.
 
@@ -70,7 +74,7 @@ def asked_run(scene: Scene | str | Path, engine: str, *, time_limit_s: float = T
     """
     loaded = check_scene(scene) if isinstance(scene, Scene) else load_scene(scene)
     job = Job(loaded, engine, find_engine(engine), choose_setting(engine, setting), Role.MAIN)
-    return run_task(job, limit_of(job, time_limit_s))
+    return run_task(job, limit_of(job, time_limit_s), repetition=repetition)
 
 
 def measure(

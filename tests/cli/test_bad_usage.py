@@ -29,6 +29,7 @@ QUICK = "basics/libration"
         ("simulate paper/fig5 --out x.csv", ["no such scene", "did you mean paper/fig05?"]),
         (f"simulate {QUICK} --engine exudin --out x.csv", ["no such engine", "did you mean exudyn?"]),
         (f"simulate {QUICK} --columns joint_angel --out x.csv", ["no such channel", "did you mean joint_angle?"]),
+        (f"judge run.csv {QUICK}", [f"{QUICK} is a scene, which comes first: barchain judge {QUICK} run.csv"]),
         (f"simulate {QUICK} --out x.xlsx", ["'.xlsx' given", ".parquet, .csv"]),
         (f"simulate {QUICK} --out nowhere/x.csv", ["no folder nowhere"]),
         (f"simulate {QUICK} --set rtol --out x.csv", ["no value", "[ENGINE:]KEY=VALUE"]),

@@ -49,6 +49,19 @@ def test_a_study_that_goes_on_makes_what_is_missing_alone(tmp_path, monkeypatch)
     assert len(list(answers_folder(tmp_path, "turning").iterdir())) == 2
 
 
+def test_a_run_that_is_asked_for_again_by_another_number_is_made_again(tmp_path):
+    def case():
+        asked = [barchain.asked_run(SCENE, "reference", rtol=1e-8, repetition=k) for k in (0, 0, 1, 2)]
+        runs = yield asked
+        first = runs[0].trajectory.angle_rad
+        return [{"metric": "apart", "value": float(abs(run.trajectory.angle_rad - first).max()), "run": k}
+                for k, run in enumerate(runs)]  # fmt: skip
+
+    rows = barchain.measure("again", {"one": case()}, tmp_path, executor=HERE)
+    assert list(rows.value) == [0.0] * 4
+    assert len(list(answers_folder(tmp_path, "again").iterdir())) == 3
+
+
 def test_an_engine_that_fails_costs_its_own_row(tmp_path):
     registered = barchain.change_scene(SCENE, {"chain": {"rate_factor": [1e9, -1e9]}})
 

@@ -226,9 +226,8 @@ class FloorTask:
 
 
 def run_of(job: Job, repetition: int = 0, kept: Callable[[RunResult], None] | None = None) -> Task:
-    """Run to be made; one that is made again has an answer of its own."""
-    task = run_task(job, limit_of(job, TIME_LIMIT_S), kept=kept)
-    return dataclasses.replace(task, call=dataclasses.replace(task.call, repetition=repetition))
+    """Run within the usual time."""
+    return run_task(job, limit_of(job, TIME_LIMIT_S), kept=kept, repetition=repetition)
 
 
 def solution_of(scene: Scene) -> Case[ReferenceSolution | str]:
