@@ -68,7 +68,7 @@ def test_the_tolerance_is_the_floor_times_the_margin(found):
 
 def test_an_engine_that_crashes_costs_its_own_row_and_the_page_says_the_precision(scene, few, tmp_path):
     ends = []
-    study = scene_study([scene], {"reference": ENGINES["reference"], "crashes": CRASHES}, executor=LocalProcesses(2))
+    study = scene_study([scene], {"reference": ENGINES["reference"], "crashes": CRASHES}, executor=LocalProcesses(1))
     result = run_study(study, tmp_path, reporter=Reporter(lambda *said: ends.append(said)))
     (failure,) = result.failures
     assert failure.startswith("floors: regular, crashes: failed: ")

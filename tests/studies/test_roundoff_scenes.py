@@ -31,7 +31,9 @@ def short_bars():
 @pytest.fixture(scope="module")
 def tables(short_bars, tmp_path_factory):
     folder = tmp_path_factory.mktemp("digits")
-    run_study(scene_study([short_bars], executor=HERE), folder)
+    with pytest.MonkeyPatch.context() as changed:
+        changed.setattr(module, "SAMPLES", 8)
+        run_study(scene_study([short_bars], executor=HERE), folder)
     return FILES.contents(folder)
 
 
