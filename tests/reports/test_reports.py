@@ -30,7 +30,7 @@ MOST_BYTES_PER_SCENE = 8e6 / 14  # the core suite in one mail attachment
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = build(tmp_path_factory.mktemp("results"), SCENES, samples=161)
+    folder = build(tmp_path_factory.mktemp("results"), SCENES, samples=81)
     reports.render(folder)
     return folder
 
@@ -38,7 +38,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def small(tmp_path: Path) -> Path:
     """A folder with one scene whose tables a test may damage."""
-    return build(tmp_path, ["basics/radial_equilibrium"], faults=False, samples=41)
+    return build(tmp_path, ["basics/radial_equilibrium"], faults=False, samples=21)
 
 
 def one_row(outcome: str, **changes: object) -> dict[str, object]:

@@ -46,7 +46,7 @@ def found(scene, few):
 
     def rows(engine):
         runs = [(v, engine().run(v.scene)) for v in variants(scene)]
-        made = floor_rows(solution_of(scene), engine.coordinates, engine().run(scene), runs)
+        made = floor_rows(solution_of(scene, dense=False), engine.coordinates, engine().run(scene), runs)
         return TABLES["floors"].framed(row for row in made if row["table"] == "floors").set_index("quantity")
 
     return {"reference": rows(Reference), "single": rows(Single)}

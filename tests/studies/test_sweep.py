@@ -304,8 +304,9 @@ def test_a_run_that_kills_its_process_costs_itself_alone(own: bool, monkeypatch:
     assert "1 of 2 runs gave no result, the first of them run 2: failed" in found.failures[0]
 
 
-def test_an_engine_behind_the_boundary_is_measured_as_one_of_barchains_own() -> None:
+def test_an_engine_behind_the_boundary_is_measured_as_one_of_barchains_own(monkeypatch: pytest.MonkeyPatch) -> None:
     other = "tests.support.faulty_engines:Unmodified"
+    monkeypatch.setattr("barchain.studies.sweep.study.BATCHES", 1)
     found = swept(KEPLER, ["orbit.speed_factor=1,1.1", SHORT], "final(altitude)", engines=[ENGINE, other])
     own, same = (of_engine["final(altitude_m)"].tolist() for _, of_engine in found.samples.groupby("engine"))
     assert own == same
