@@ -47,10 +47,16 @@ def test_the_chapter_says_what_was_left_out_and_tells_kinds_of_engines_apart(tmp
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "shown"), [(0.38, 0.43, "40 %"), (-0.15, 0.97, "not resolved"), (0.3, 1.2, "not resolved")]
+    ("share", "low", "high", "shown"),
+    [
+        (0.4, 0.38, 0.43, "40 %"),
+        (0.4, -0.15, 0.97, "not resolved"),
+        (0.4, 0.01, 0.97, "not resolved"),
+        (0.95, 0.9, 1.05, "not resolved"),
+    ],
 )
-def test_a_share_is_told_where_its_interval_is_narrow(low: float, high: float, shown: str) -> None:
-    assert share_text({"share": 0.4, "share_low": low, "share_high": high})[0] == shown
+def test_a_share_is_told_where_its_interval_is_narrow(share: float, low: float, high: float, shown: str) -> None:
+    assert share_text({"share": share, "share_low": low, "share_high": high})[0] == shown
 
 
 def test_the_terminal_marks_interpolated_times_and_those_of_a_coarsest_run(

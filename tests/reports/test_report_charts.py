@@ -155,6 +155,10 @@ def test_lines_and_text_stand_out_from_what_they_are_drawn_on(theme: int) -> Non
     assert shades == sorted(shades, reverse=theme == 0), "each shade is deeper than the one before"
 
 
+def test_engines_are_told_apart_without_colour() -> None:
+    assert len({engine_pen(k).marker for k in range(9)}) == 9
+
+
 @pytest.mark.parametrize(
     ("value", "shown"),
     [

@@ -30,7 +30,7 @@ MOST_BYTES_PER_SCENE = 8e6 / 14  # the core suite in one mail attachment
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = build(tmp_path_factory.mktemp("results"), SCENES, samples=161)
+    folder = build(tmp_path_factory.mktemp("results"), SCENES, samples=81)
     reports.render(folder)
     return folder
 
@@ -38,7 +38,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def small(tmp_path: Path) -> Path:
     """A folder with one scene whose tables a test may damage."""
-    return build(tmp_path, ["basics/radial_equilibrium"], faults=False, samples=41)
+    return build(tmp_path, ["basics/radial_equilibrium"], faults=False, samples=21)
 
 
 def one_row(outcome: str, **changes: object) -> dict[str, object]:
@@ -321,9 +321,9 @@ def test_a_scene_that_no_independent_engine_supports_says_so(tmp_path: Path) -> 
         },
         "An independent derivation, computed with heyoka, is stored": {"solution": "real128"},
         "discontinuous at t = 100 s, which is neither a sample nor the middle between": {"instants": stopped},
-        "duration_s = 5500.0 and samples = 111": {"instants": stopped},
     }.items():
         assert said(**carriers).count(words) == 2
+    assert "duration_s = 5500.0 and samples = 111" in said(instants=stopped)
     rows.append(one_row("pass", engine="others"))
     record["engines"] |= {"others": {"external": True}}
     assert own not in said()

@@ -235,7 +235,7 @@ def first_pass(run, sweep, until_s):
     list(run_cases([("", case)], ALL_CORES))
 
 
-@pytest.mark.parametrize("haste_s", [0.35, pytest.param(1.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("haste_s", [0.35, 1.0])
 def test_the_order_of_engines_does_not_decide_what_is_measured(haste_s, tmp_path):
     measured = []
     for order in (("exudyn", "pymunk"), ("pymunk", "exudyn")):

@@ -106,6 +106,7 @@ def test_copies_that_reach_the_surface_end_there_and_are_counted():
         ("angle_deg=norml(0, 1)", "did you mean normal"),
         ("angle_deg=normal(0)", "normal(mean, deviation)"),
         ("angle_deg=normal(0, -1)", "normal(mean, deviation)"),
+        ("angle_deg=normal(0, nan)", "normal(mean, deviation)"),
         ("angle_deg=normal(0, x)", "numbers in normal(mean, deviation)"),
         ("angle_deg[6]=normal(0, 1)", "allowed: 1 to 5"),
         ("altitude_m[1]=normal(4e5, 1)", "altitude_m is not a bar's"),

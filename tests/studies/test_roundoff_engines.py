@@ -94,7 +94,11 @@ def test_steps_are_those_of_the_scenes_own_orbit_and_told_as_taken(solution):
 
 @pytest.mark.parametrize(
     ("engine", "outcome", "reason"),
-    [("Raises", "failed", "ZeroDivisionError: inside"), ("ReturnsNan", "not_finite", "angle_rad is not finite")],
+    [
+        ("GivesUp", "failed", "step size became zero"),
+        ("Raises", "failed", "ZeroDivisionError: inside"),
+        ("ReturnsNan", "not_finite", "angle_rad is not finite"),
+    ],
 )
 def test_an_engine_that_fails_costs_its_own_row_and_says_why(solution, monkeypatch, engine, outcome, reason):
     monkeypatch.setattr(module, "find_engine", lambda _: Registration(f"tests.support.faulty_engines:{engine}"))

@@ -46,7 +46,7 @@ def found(scene, few):
 
     def rows(engine):
         runs = [(v, engine().run(v.scene)) for v in variants(scene)]
-        made = floor_rows(solution_of(scene), engine.coordinates, engine().run(scene), runs)
+        made = floor_rows(solution_of(scene, dense=False), engine.coordinates, engine().run(scene), runs)
         return TABLES["floors"].framed(row for row in made if row["table"] == "floors").set_index("quantity")
 
     return {"reference": rows(Reference), "single": rows(Single)}
@@ -68,7 +68,7 @@ def test_the_tolerance_is_the_floor_times_the_margin(found):
 
 def test_an_engine_that_crashes_costs_its_own_row_and_the_page_says_the_precision(scene, few, tmp_path):
     ends = []
-    study = scene_study([scene], {"reference": ENGINES["reference"], "crashes": CRASHES}, executor=LocalProcesses(2))
+    study = scene_study([scene], {"reference": ENGINES["reference"], "crashes": CRASHES}, executor=LocalProcesses(1))
     result = run_study(study, tmp_path, reporter=Reporter(lambda *said: ends.append(said)))
     (failure,) = result.failures
     assert failure.startswith("floors: regular, crashes: failed: ")

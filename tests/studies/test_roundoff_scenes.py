@@ -10,7 +10,7 @@ from barchain.studies.roundoff import scenes as module
 from barchain.studies.roundoff.scenes import digit_rows, need_carried, observed, shortened
 from barchain.studies.roundoff.study import scene_study
 from barchain.studies.study import run_study
-from reference_impl.precision.arithmetic import EXACT
+from reference_impl.precision.arithmetic import EXACT, QUADRUPLE
 from reports.chapters.roundoff.view import view_roundoff
 from reports.results.roundoff import FILES
 from scenarios import Gravity, SceneError, load_scene
@@ -31,7 +31,9 @@ def short_bars():
 @pytest.fixture(scope="module")
 def tables(short_bars, tmp_path_factory):
     folder = tmp_path_factory.mktemp("digits")
-    run_study(scene_study([short_bars], executor=HERE), folder)
+    with pytest.MonkeyPatch.context() as changed:
+        changed.setattr(module, "SAMPLES", 8)
+        run_study(scene_study([short_bars], executor=HERE), folder)
     return FILES.contents(folder)
 
 
@@ -68,6 +70,12 @@ def test_truncation_drops_out_of_the_digits(short_bars, monkeypatch):
     relative, absolute = (list(observed(EXACT, name, short_bars, np.zeros(1)))[-1] for name in module.COORDINATES)
     with EXACT.numbers():
         assert np.abs(relative.angle_rad - absolute.angle_rad).max() < 1e-80
+
+
+def test_quadruple_precision_has_113_bits():
+    with EXACT.numbers():
+        third = EXACT.cast(np.ones(1)) / 3
+        assert 2.0**-116 < abs(float((QUADRUPLE.cast(third) - third)[0])) < 2.0**-114
 
 
 def test_a_single_bar_has_digits_of_its_angle_and_its_track():

@@ -93,6 +93,7 @@ def found_as(word: str) -> Finding:
         ("failed", "drifting", "better"),
         ("stable", SLOW, "worse"),
         ("failed", SLOW, None),
+        (SLOW, "stable", None),
         (SLOW, "failed", None),
         (None, "failed", None),
     ],

@@ -28,6 +28,7 @@ from tests.support.stability_engines import (
     BlowsUp,
     CanNotFactor,
     Drifts,
+    EndsAtOnce,
     Lands,
     Loose,
     RunsAway,
@@ -67,11 +68,12 @@ CASES = [
     (RunsAway, FALLS, Stability.UNSTABLE, "grew"),
     (WorseWithFiner, FREE, Stability.UNSTABLE, "a finer setting makes the attitude's error 10"),
     (faulty_engines.GivesUp, FREE, Stability.FAILED, "step size became zero"),
-    (Lands, FREE, Stability.FAILED, "apart from the reference"),
+    (EndsAtOnce, FREE, Stability.FAILED, "apart from the reference"),
     (faulty_engines.ReturnsNan, FREE, Stability.FAILED, "not finite"),
     (faulty_engines.StopsEarly, FREE, Stability.FAILED, "gave no reason"),
     (WillNot, FREE, Stability.REJECTED, "too light"),
     (CanNotFactor, FREE, Stability.FAILED, "not positive definite"),
+    (Lands, FREE, Stability.FAILED, "apart from the reference"),
 ]
 
 

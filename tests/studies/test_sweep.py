@@ -173,6 +173,11 @@ def test_equal_seeds_give_equal_samples_however_many_runs_share_a_call(monkeypat
     ("orbit.sped_factor=1:2:3", "did you mean speed_factor?"),
     ("orbit.speed_factor", "allowed: KEY=LOW:HIGH:COUNT"),
     ("orbit.speed_factor=1:2:2.5", "LOW:HIGH:COUNT with a COUNT of 2"),
+    ("orbit.speed_factor=1:2", "LOW:HIGH:COUNT with a COUNT of 2"),
+    ("orbit.speed_factor=1,x", "allowed: KEY=LOW:HIGH:COUNT"),
+    ("orbit.altitude_m=normal(1, 5)", "orbit.altitude_m"),
+    ("orbit.altitude_m[*]=normal(4e5, 1)", "has no list there"),
+    ("title=1,2", "title: 1 given"),
     ("orbit.speed_factor=nan", "numbers that a scene file may hold"),
     ("orbit.speed_factor=normall(1, 2)", "did you mean normal?"),
     ("chain.angle_deg[9]=1,2", "no such value in this scene, allowed: [1] to [5]"),
@@ -205,6 +210,7 @@ def test_a_wrong_variation_ends_in_one_line_before_any_run(
     ("--measure largest(tension_6_left_N)", "no bar 6"),
     ("--measure largest(torque)", "has no torques"),
     ("--runs 5", "no number is drawn"),
+    ("--set steps_per_orbit=5", "steps_per_orbit"),
     ("--vary run.samples=5,6", "given twice"),
     ("--vary chain.rate_factor=1:2:1000 --vary orbit.speed_factor=1:1.2:1000", "allowed: at most 100000"),
 ])  # fmt: skip
@@ -223,6 +229,12 @@ def test_a_setting_is_that_of_the_engine_that_runs_by_default() -> None:
     engine = default_engine(load_scene(KEPLER))
     found = barchain.sweep(KEPLER, [SHORT], settings={engine: {"rtol": 1e-7}}, executor=ONE)
     assert found.samples["setting"].tolist() == ["rtol=1e-07"]
+
+
+def test_the_command_shows_the_samples_of_few_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = "sweep basics/kepler_elliptic --vary run.samples=3,4 --measure final(altitude) --workers 1 --out"
+    assert command(["-q", *words.split(), str(tmp_path / "out")]) == 0
+    assert "final(altitude_m)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
@@ -291,6 +303,14 @@ def test_a_run_that_kills_its_process_costs_itself_alone(own: bool, monkeypatch:
     assert found.samples["largest(altitude_m)"].isna().tolist() == [False, True]
     assert len(found.failures) == 1
     assert "1 of 2 runs gave no result, the first of them run 2: failed" in found.failures[0]
+
+
+def test_an_engine_behind_the_boundary_is_measured_as_one_of_barchains_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    other = "tests.support.faulty_engines:Unmodified"
+    monkeypatch.setattr("barchain.studies.sweep.study.BATCHES", 1)
+    found = swept(KEPLER, ["orbit.speed_factor=1,1.1", SHORT], "largest(altitude)", engines=[ENGINE, other])
+    own, same = (of_engine["largest(altitude_m)"].tolist() for _, of_engine in found.samples.groupby("engine"))
+    assert own == same
 
 
 def test_an_engine_without_the_effect_is_left_out_and_one_that_runs_nowhere_is_a_failure() -> None:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from adapters.engine import EngineError, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
+from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
 from barchain.judge.checks.beyond_limit import MAX_KINETIC_RATIO
 from scenarios import load_scene
@@ -64,6 +65,21 @@ class Loose(KnowsItsRequest):
         return engine_runs.replace(
             angle_rad=engine_runs.angle_rad + 1e6 * self.rtol * (engine_runs.t_s / engine_runs.t_s[-1])[:, None]
         )
+
+
+class EndsAtOnce(Faulty):
+    """A method of equal steps that loses the chain to the ground before its second sample."""
+
+    sweep: ClassVar = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (1000.0, 4000.0), default=4000.0)
+    order: ClassVar = 2
+    coordinates: ClassVar = Coordinates.ABSOLUTE
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        super().build(scene, Reference.sweep.setting())
+
+    def change(self, engine_runs: Trajectory) -> Trajectory:
+        first = {k: v[:1] for k, v in vars(engine_runs).items() if isinstance(v, np.ndarray)}
+        return dataclasses.replace(engine_runs, **first, ended="a bar reached the surface")
 
 
 class RunsAway(Faulty):
