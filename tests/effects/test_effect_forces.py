@@ -67,7 +67,7 @@ def whole(size: EffectSizes) -> float:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=SEEDS, length_m=st.sampled_from(LENGTHS_M))
 def test_an_effect_is_right_to_round_off_at_any_size(kind: str, seed: int, length_m: float) -> None:
     """The whole acceleration, the differences between bars and the turning, each to its own size's round-off.
@@ -118,7 +118,7 @@ def test_the_slender_bar_tends_to_the_quadrupole_as_the_square_of_its_size() -> 
 
 
 @pytest.mark.parametrize("kind", [k for k in CENTRAL if k != "oblateness, turning"])
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=SEEDS, length_m=st.sampled_from(LENGTHS_M))
 def test_the_energy_is_that_of_the_potential_whose_gradient_the_push_is(kind: str, seed: int, length_m: float) -> None:
     """The judge differences the same potential for the forces and torques above."""

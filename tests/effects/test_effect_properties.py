@@ -233,7 +233,7 @@ def test_the_energy_gained_inside_a_free_chain_is_the_work_done(name: str) -> No
 # sums
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, kinds=st.lists(st.sampled_from(sorted(KINDS)), max_size=8, unique=True), bars=st.integers(2, 6))
 def test_any_effects_together_push_as_the_sum_of_each_alone(seed: int, kinds: list[str], bars: int) -> None:
     """Added in the model's order: to the last bit. The motion feels the sum: so do accelerations, to round-off."""

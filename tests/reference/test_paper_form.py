@@ -30,7 +30,7 @@ from tests.support.slow import one_in
 
 @pytest.mark.parametrize("laws", LAWS)
 @pytest.mark.parametrize("equal", [True, False], ids=["equal", "unequal"])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), bars=st.integers(1, 12))
 def test_paper_form_equals_the_production_form(equal: bool, laws: str, seed: int, bars: int) -> None:
     model, state = chain(seed, bars, equal=equal, laws=laws)
