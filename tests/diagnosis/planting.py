@@ -11,8 +11,9 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.judge.compare import judge
+from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.reading import Reading, Timing
-from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
+from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, verdict_tolerance
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import arrays
 from barchain.runs.job import RunResult
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from barchain.judge.verdict import Verdict
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
+
+    DenseRuns = Callable[[Scene, Scene], tuple[Trajectory, Trajectory]]
 
 RTOL = 1e-9
 """Accuracy of the planted results; the judging solution has 1e-13"""
@@ -63,9 +66,15 @@ def planted(scene: Scene, mistake: Mistake, rtol: float, motion: Trajectory | No
     return late(scene, mistake, rtol)
 
 
-def dense_runs(change: Callable[[Scene], Scene]) -> Callable[[Scene, Scene], tuple[Trajectory, Trajectory]]:
+def dense_runs(change: Callable[[Scene], Scene]) -> DenseRuns:
     """Runs of an engine that takes another scene for the given one."""
     return lambda scene, twice: (run(change(scene), RTOL), run(change(twice), 0.1 * RTOL))
+
+
+def diagnosis_of_runs(scene: Scene, main: Trajectory, finer: Trajectory, dense: DenseRuns | None = None) -> Diagnosis:
+    """Diagnosis of two runs of an engine."""
+    solved = solution_of(scene)
+    return diagnose(scene, main, solved, verdict_tolerance(verdict_on(main, finer, solved)), dense)
 
 
 def diagnosis_of_scene(scene: Scene, change: Callable[[Scene], Scene]) -> Diagnosis:

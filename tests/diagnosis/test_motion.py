@@ -1,10 +1,9 @@
 """Mistakes in the equations of motion are named by what an engine's own motion has that the right equations lack."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ import pytest
 from adapters.common.equal_steps import finer_setting
 from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES
+from adapters.trajectory import Trajectory
 from barchain.conform.scenes import STAGES, TOGETHER
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.motion.balance import motion_of
@@ -27,18 +27,12 @@ from barchain.solutions.reference import closely_sampled
 from reference_impl.model.complex_vectors import as_vectors
 from reference_impl.model.effect import EffectState
 from reference_impl.model.state import State
-from scenarios import load_scene, make_scene
+from scenarios import Scene, load_scene, make_scene
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2
 from tests.diagnosis.planting import diagnosis_of_scene, unequal_chain
 from tests.support.kernel import needs_kernel
 from tests.support.slow import one_in
 from tests.support.solutions import run, solution_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from adapters.trajectory import Trajectory
-    from scenarios import Scene
 
 pytestmark = needs_kernel
 SCENE = unequal_chain()
@@ -63,7 +57,6 @@ def loaded(name: str) -> Scene:
 def test_loads_of_all_states_at_once_are_those_that_the_reference_has_at_each(name: str) -> None:
     scene = load_scene(f"conform/{name}")
     motion = motion_of(run(scene, 1e-9))
-    assert motion is not None
     at_once, s = Equations(scene, motion.states), motion.states
     vectors = map(as_vectors, (s.com, s.velocity, at_once.place, at_once.drift))
     rows = zip(s.t_s.tolist(), *vectors, s.angle, s.rate, s.unit, strict=True)
@@ -80,7 +73,7 @@ def test_loads_of_all_states_at_once_are_those_that_the_reference_has_at_each(na
             assert np.abs(a - b).max() <= 1e-12 * np.abs(b).max()
 
 
-@pytest.mark.parametrize("breaks", [(), (0.31,), (0.25, 0.731)])
+@pytest.mark.parametrize("breaks", [(), (0.25, 0.731)])
 def test_integrals_between_samples_are_right_to_the_last_digits_beside_breaks_too(breaks: tuple[float, ...]) -> None:
     t = np.linspace(0.0, 1.0, 81)
     rule = quadrature(t, breaks)
@@ -104,8 +97,6 @@ def check_noise(scene: Scene, run: Callable[[Scene, Any], Trajectory], settings:
     """Check that the dense runs of a right engine leave noise in every block."""
     scene, twice = densely(scene, run(scene, settings[0]))
     main, finer = motion_of(run(scene, settings[0])), motion_of(run(twice, settings[1]).samples(slice(None, None, 2)))
-    assert main is not None
-    assert finer is not None
     found = Residual(finer, scene, main)
     assert found.consistent
     assert not found.wrong, found.ratios
@@ -143,20 +134,16 @@ def check_scene_named(scene: Scene, name: str, altered: Scene) -> None:
 CHAIN = ("mass_kg-2", "length_m-1", "inertia_kg_m2", "length_m-with-inertia-3", "gravitational-parameter")
 EFFECTS = (
     ("oblateness_alone", "oblateness-j2"), ("drag_alone", "drag-tangential_coefficient"),
-    ("joint_springs_alone", "joint_spring_damper-rest_rad-2"), ("thrust_body", "thrust-2-direction_rad"),
     ("impulse_alone", "impulse-3-impulse_N_s"), ("prescribed_orbital", "prescribed_rotation-1-amplitude_rad"),
-    ("third_body_alone", "third_body-1-distance_m"), ("together_1", "mass_kg-5"),
     ("solar_pressure_alone", "solar_pressure-reflectivity"), ("together_7", "thrust-1-direction_rad"),
 )  # fmt: skip
 OTHERS = (
     ("three_bars_gradient", "masses-in-reversed-order"), ("three_bars_gradient", "inertia-slender"),
     ("together_7", "thrusts-of-positive-size"), ("thrust_body", "thrust-2-on-bar-2"),
     ("impulse_alone", "impulse-2-missing"), ("joint_springs_alone", "springs-rest-at-start"),
+    ("thrust_body", "thrusts-at-other-end"), ("solar_pressure_alone", "sunlight-with-shadow"),
     ("prescribed_orbital_joint", "prescribed-rotation-by-external-actuator"),
-    ("solar_pressure_alone", "sunlight-with-shadow"), ("thrust_body", "thrusts-at-other-end"),
     ("eleven_bars_loads", "bars-by-first-digit"), ("drag_alone", "drag-density-that-grows"),
-    ("eleven_bars_loads", "third-body-2-missing"), ("thrust_body", "thrusts-clockwise"),
-    ("thrust_body", "thrusts-from-normal"), ("together_6", "impulses-at-other-end"),
     ("com_share_alone", "centres-midway"), ("com_share_alone", "centres-from-right"),
 )  # fmt: skip
 
@@ -187,14 +174,14 @@ def test_a_wrong_engine_that_ends_early_is_diagnosed_up_to_its_end() -> None:
     assert ("mass_kg-2",) in [e.names for e in own.explaining]
 
 
-@pytest.mark.parametrize("case", one_in(8, EFFECTS, "-".join))
+@pytest.mark.parametrize("case", one_in(4, EFFECTS, "-".join))
 def test_a_wrong_number_of_an_effect_is_named(case: tuple[str, str]) -> None:
     scene, name = loaded(case[0]), case[1]
     number = next(n for n in numbers(scene) if n.name == name)
     check_scene_named(scene, name, number.change(LITTLE))
 
 
-@pytest.mark.parametrize("case", one_in(8, OTHERS, "-".join))
+@pytest.mark.parametrize("case", one_in(6, OTHERS, "-".join))
 def test_another_scene_is_named(case: tuple[str, str]) -> None:
     scene, name = loaded(case[0]), case[1]
     check_scene_named(scene, name, next(a.scene for a in others(scene) if a.name == name))
@@ -225,7 +212,6 @@ def test_a_mistake_that_the_reactions_have_too_is_named_without_words_on_parts_o
     )  # fmt: skip
     (number,) = (n for n in numbers(scene) if n.name == "mass_kg-with-inertia-3")
     wrong = motion_from(number.change(0.05), initial_state(scene), scene.times_s)
-    assert wrong is not None
     solution = solution_of(scene)
     tolerance = {q: np.full(len(wrong.t_s), 1e-9 * size) for q, size in scales(solution).items()}
     found = diagnose(scene, wrong, solution, tolerance)

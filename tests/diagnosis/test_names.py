@@ -1,7 +1,5 @@
 """Words of a mistake: never the scene's own value, and no digits that a fit does not determine."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -48,12 +46,6 @@ def of_factor(amount: float, share: float) -> float:
 def test_a_factor_that_is_not_told_from_zero_is_missing() -> None:
     assert of_factor(-0.9982, 0.008) == -1.0
     assert of_factor(-0.9982, 1e-5) == -0.9982
-
-
-@pytest.mark.parametrize("power", [-6, -3, 3, 6])
-def test_powers_of_ten_are_asked_about_as_units(power: int) -> None:
-    assert "units" in nice_factor(10.0**power)
-    assert "units" not in nice_factor(1.01 * 10.0**power)
 
 
 def test_samples_after_an_impulse_are_told_and_a_wrong_first_row_alone_is_not() -> None:

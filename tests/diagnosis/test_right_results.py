@@ -1,15 +1,13 @@
 """Nothing is named for a result inside its tolerances, for noise, or for low accuracy."""
 
-from __future__ import annotations
-
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
+from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.verdicts import (
     diagnosed_verdict,
@@ -23,37 +21,15 @@ from barchain.solutions.judging import solution_engine
 from barchain.solutions.reference import closely_sampled
 from scenarios import load_scene
 from tests.diagnosis.planting import RTOL, runs_of, unequal_chain, verdict_on
-from tests.support.slow import exhaustive_but, one_in, rows
+from tests.support.slow import one_in, rows
 from tests.support.solutions import run, solution_of
-
-if TYPE_CHECKING:
-    from adapters.trajectory import Trajectory
 
 SCENE = unequal_chain()
 CORE = ("basics/libration", "basics/two_bars_free", "basics/point_chain", "basics/kepler_circular")
-LONG = ("basics/radial_equilibrium", "effects/slender", "effects/drag", "effects/slews", "paper/fig13")
-ENGINES_HERE = sorted(name for name, r in ENGINES.items() if r.by_default and not r.missing)
-
-
-def check_nothing_named(engine: str, name: str) -> None:
-    """Check that a built-in engine's own run gets no diagnosis."""
-    scene, loaded = load_scene(name), ENGINES[engine].load()
-    if loaded.unsupported(scene):
-        return
-    solved = shipped_solution(scene)
-    assert solved is not None
-    if loaded.unsupported_motion(scene, solved.fine):
-        return
-    main, finer = runs_of(engine, scene)
-    verdict = verdict_on(main, finer, solved, engine)
-    found = diagnose(scene, main, solved, verdict_tolerance(verdict))
-    assert not found.explanations, str(found)
-    assert not found.parts, str(found)
 
 
 def test_places_that_scatter_about_their_velocities_are_noise_and_those_that_swing_are_none() -> None:
     right, rng = solution_of(SCENE).trajectory, np.random.default_rng(2)
-    assert right.angle_rad is not None
     size = {"com": SCENE.radius0_m, "com_velocity": 1e4, "attitude": 1.0, "rate": SCENE.fastest_rate_rad_s}
     tolerance = {q: np.full(len(right.t_s), 1e-9 * s) for q, s in size.items()}
     noisy = right.replace(
@@ -78,14 +54,14 @@ def test_places_that_scatter_about_their_velocities_are_noise_and_those_that_swi
 def test_a_right_result_has_no_diagnosis(engine: str, name: str) -> None:
     if ENGINES[engine].missing:
         pytest.skip(str(ENGINES[engine].missing))
-    check_nothing_named(engine, name)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("name", [*CORE, *LONG])
-@pytest.mark.parametrize("engine", ENGINES_HERE)
-def test_no_built_in_engine_gets_a_diagnosis(engine: str, name: str) -> None:
-    check_nothing_named(engine, name)
+    scene, loaded = load_scene(name), ENGINES[engine].load()
+    solved = shipped_solution(scene)
+    if loaded.unsupported(scene) or loaded.unsupported_motion(scene, solved.fine):
+        return
+    main, finer = runs_of(engine, scene)
+    found = diagnose(scene, main, solved, verdict_tolerance(verdict_on(main, finer, solved, engine)))
+    assert not found.explanations, str(found)
+    assert not found.parts, str(found)
 
 
 def noisy(times: float, seed: int) -> tuple[Trajectory, dict[str, np.ndarray]]:
@@ -108,7 +84,7 @@ def test_noise_names_nothing(times: float, seed: int) -> None:
     assert not found.parts, str(found)
 
 
-@pytest.mark.parametrize("rtol", one_in(4, [1e-3, 1e-4, 1e-5, 1e-6]))
+@pytest.mark.parametrize("rtol", one_in(2, [1e-3, 1e-6]))
 def test_low_accuracy_is_no_mistake(rtol: float) -> None:
     solved, setting = solution_of(SCENE), Setting(AccuracyParameter.RTOL, RTOL)
     verdict = verdict_on(run(SCENE, rtol), run(SCENE, 0.1 * rtol), solved, solution_engine(), setting=setting)
@@ -126,7 +102,6 @@ def test_a_passing_verdict_stays_as_it_is() -> None:
 def test_a_result_with_missing_numbers_is_wrong_and_unexplained() -> None:
     right, solved = run(SCENE, RTOL), solution_of(SCENE)
     tolerance = verdict_tolerance(verdict_on(right, run(SCENE, 0.1 * RTOL), solved))
-    assert right.reaction_N is not None
     broken = right.reaction_N.copy()
     broken[3:] = np.nan
     found = diagnose(SCENE, right.replace(reaction_N=broken), solved, tolerance)
@@ -134,38 +109,18 @@ def test_a_result_with_missing_numbers_is_wrong_and_unexplained() -> None:
     assert not found.explanations
 
 
-@pytest.mark.parametrize("compared", exhaustive_but([1, 20, 1000], [1]))
-def test_what_is_silent_about_all_wrong_samples_explains_none(compared: int) -> None:
+def test_what_is_silent_about_all_wrong_samples_explains_none() -> None:
     """Central differences say nothing at both ends, and a delay nothing at one."""
     right, solved = run(SCENE, RTOL), solution_of(SCENE)
-    assert right.rate_rad_s is not None
     size = np.abs(right.rate_rad_s).max()
     tolerance = {"rate": np.full(len(right.t_s), 0.1 * size)}  # differences of the samples are inside it
-    tolerance["rate"][compared:] = np.inf
+    tolerance["rate"][1:] = np.inf
     wrong = right.rate_rad_s.copy()
     wrong[[0, -1]] += 1e3 * size
     found = diagnose(SCENE, right.replace(rate_rad_s=wrong), solved, tolerance)
     assert [w.quantity for w in found.wrong] == ["rate"]
     assert not found.explanations, str(found)
     assert not found.parts, str(found)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("kind", ["repeated", "swung"])
-def test_a_repeated_sample_and_swung_rates_are_no_known_mistake(kind: str) -> None:
-    """A delay leaves one sample unknown; a reading on top of the delay must not leave all samples unknown."""
-    solved, wrong = solution_of(SCENE), []
-    for right in (run(SCENE, RTOL), run(SCENE, 0.1 * RTOL)):
-        assert right.rate_rad_s is not None
-        rate = right.rate_rad_s.copy()
-        if kind == "repeated":
-            rate[40] = rate[39]
-        else:
-            rate *= 1.0 + 1e-6 * np.sin(3e-3 * right.t_s)[:, None]
-        wrong.append(right.replace(rate_rad_s=rate))
-    found = diagnose(SCENE, wrong[0], solved, verdict_tolerance(verdict_on(wrong[0], wrong[1], solved)))
-    assert [w.quantity for w in found.wrong] == ["rate"]
-    assert not found.explanations, str(found)
 
 
 def test_another_scene_than_the_solution_s_is_rejected() -> None:
@@ -180,7 +135,6 @@ def test_a_fixed_tolerance_is_no_mistake_of_the_scene(name: str, rtol: float) ->
     """The tolerance of an altered scene's run is wider than the request, and many altered scenes move alike."""
     scene = closely_sampled(load_scene(f"conform/{name}"))
     solved, setting = shipped_solution(scene), Setting(AccuracyParameter.RTOL, 1e-14)
-    assert solved is not None
     main = run(scene, rtol)
     verdict = verdict_on(main, main, solved, solution_engine(), setting=setting)
     if not needs_diagnosis(verdict):

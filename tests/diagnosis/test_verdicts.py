@@ -1,33 +1,26 @@
 """Diagnosis beside the verdicts of a comparison, in independent engines too, and its words."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ENGINES, Registration
+from adapters.registry import ENGINES
+from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.diagnose import diagnose
-from barchain.judge.diagnosis.mistake import WrongQuantity
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.reading import Reading
 from barchain.judge.diagnosis.readings import READINGS
 from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
-from barchain.studies.comparison.run import run_comparison
 from barchain.studies.verdict_tasks import verdict_bytes, verdict_from
 from reports.results.outcome import Outcome
-from tests.diagnosis.planting import RTOL, planted, unequal_chain, verdict_on
+from scenarios import Scene
+from tests.diagnosis.planting import RTOL, diagnosis_of_runs, planted, unequal_chain, verdict_on
 from tests.support.slow import one_in
 from tests.support.solutions import run, solution_of
-
-if TYPE_CHECKING:
-    from adapters.trajectory import Trajectory
-    from scenarios import Scene
 
 SCENE = unequal_chain()
 BY_NAME = {m.name: m for m in (*READINGS, *STARTS)}
@@ -41,7 +34,7 @@ PLANTED = (
 )  # fmt: skip
 
 
-def wrong_runs(name: str):  # type: ignore[no-untyped-def]
+def wrong_runs(name: str) -> list[Trajectory]:
     """Main and finer run with a mistake of reading."""
     return [planted(SCENE, BY_NAME[name], rtol) for rtol in (RTOL, 0.1 * RTOL)]
 
@@ -62,11 +55,6 @@ def test_an_inconsistent_row_tells_size_unit_beginning_and_explanation_once() ->
     assert "from the first sample on; explained by: the angles and rates are in degrees (explained to " in first
     assert " rad/s of " in second
     assert "explained by" not in second
-
-
-def test_a_diagnosed_verdict_survives_its_message() -> None:
-    solved, (main, finer) = solution_of(SCENE), wrong_runs("reactions-in-axes-of-bar-before")
-    found = diagnosed_verdict(verdict_on(main, finer, solved), main, solved)
     assert verdict_from(verdict_bytes(found)).rows == found.rows
 
 
@@ -88,35 +76,14 @@ def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, n
     assert (name,) in found.names, str(found)
 
 
-@pytest.mark.exhaustive
-def test_a_comparison_stores_the_diagnosis() -> None:
-    registered = {n: Registration(f"tests.support.faulty_engines:{n}") for n in ("SwapsSign", "Unmodified")}
-    found = run_comparison(["effects/slender"], registered=registered)
-    assert found.outcomes["effects/slender", "SwapsSign"] is Outcome.INCONSISTENT
-    assert found.outcomes["effects/slender", "Unmodified"] is Outcome.PASS
-    rows = found.metrics.query("engine == 'SwapsSign' and metric == 'normalised_error' and quantity == 'reaction'")
-    reason = rows.reason.iloc[0]
-    assert "N, from the first sample on; explained by: the reactions have the opposite sign (explained to " in reason
-    assert "times the explained error" in reason
-    assert not found.metrics.query("engine == 'Unmodified'").reason.str.contains("explained by").any()
-
-
 def test_the_sentence_addresses_the_author_and_gives_the_runner_up() -> None:
-    solved, (main, finer) = solution_of(SCENE), wrong_runs("reaction-sign")
-    found = diagnose(SCENE, main, solved, verdict_tolerance(verdict_on(main, finer, solved)))
+    found = diagnosis_of_runs(SCENE, *wrong_runs("reaction-sign"))
     assert str(found).startswith("Your reactions have the opposite sign (explained to ")
-    assert found.next_best is not None
     assert found.next_best.fit.relative_error > 1e3 * found.explanations[0].fit.relative_error
 
 
-def test_the_words_of_a_late_difference_give_its_instant() -> None:
-    wrong = WrongQuantity("com_velocity", 0.25, 7700.0, 7700.0, 3, 54.9)
-    assert wrong.words == "0.25 m/s of 7.7e+03 m/s, from t = 54.9 s on"
-
-
 def test_a_result_inside_its_tolerances_says_so() -> None:
-    solved, main = solution_of(SCENE), run(SCENE, RTOL)
-    found = diagnose(SCENE, main, solved, verdict_tolerance(verdict_on(main, run(SCENE, 0.1 * RTOL), solved)))
+    found = diagnosis_of_runs(SCENE, run(SCENE, RTOL), run(SCENE, 0.1 * RTOL))
     assert found.inside_tolerances
     assert str(found) == "The result is inside the tolerances."
 
@@ -129,7 +96,3 @@ def test_tolerances_of_a_verdict_end_at_the_predictability_limit() -> None:
     found = verdict_tolerance(type(verdict)(rows, verdict.series))
     assert np.isinf(found["attitude"]).sum() == np.count_nonzero(main.t_s > middle)
     assert np.isfinite(found["com"]).all()
-
-
-def test_engines_of_these_tests_are_installed() -> None:
-    assert not [name for name in COARSE if ENGINES[name].missing]

@@ -4,11 +4,10 @@ Potentials are differenced numerically, elements integrated numerically: nothing
 reference could share. Plane vectors are mpmath's complex numbers.
 """
 
-from __future__ import annotations
-
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mpmath as mp
 import numpy as np
@@ -22,18 +21,13 @@ from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from reference_impl.model.arrays import Array
-    from reference_impl.model.chain import ChainModel
-    from reference_impl.model.effect import ChainEffect
-    from reference_impl.model.state import State
+from reference_impl.model.arrays import Array
+from reference_impl.model.chain import ChainModel
+from reference_impl.model.effect import ChainEffect
+from reference_impl.model.state import State
 
 DIGITS = 50
 DEGREE = 4  # 24 nodes leave (l/4r)^48 of an integral, less than the digits kept
-Field = "Callable[[Any], Any]"
 
 
 @dataclass(frozen=True)

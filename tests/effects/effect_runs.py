@@ -4,16 +4,17 @@ DOP853 may err by `rtol` in each step, in units of each block's own scale; a rat
 itself times the time (`budget`).
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
-from reference_impl.integrate.coordinate_sets import MinimalCoordinates
+from reference_impl.integrate.coordinate_sets import CoordinateSet, MinimalCoordinates
 from reference_impl.integrate.simulate import History, Simulation
 from reference_impl.model import relative
+from reference_impl.model.arrays import Array
+from reference_impl.model.chain import ChainModel
+from reference_impl.model.effect import Modes
 from reference_impl.model.invariants import (
     com_angular_momentum,
     com_energy,
@@ -22,15 +23,7 @@ from reference_impl.model.invariants import (
     tidal_energy,
 )
 from reference_impl.model.kinematics import consistent_state
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from reference_impl.integrate.coordinate_sets import CoordinateSet
-    from reference_impl.model.arrays import Array
-    from reference_impl.model.chain import ChainModel
-    from reference_impl.model.effect import Modes
-    from reference_impl.model.state import State
+from reference_impl.model.state import State
 
 RTOL = 1e-11
 

@@ -1,9 +1,5 @@
 """Right engines on chaotic scenes of many orbits: tight settings, sparse samples, parted attitudes in air and light."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 
@@ -11,14 +7,11 @@ from adapters.engine import AccuracyParameter, Setting
 from barchain.judge.checks.beyond_limit import doubtful_increments, fault_between_segments
 from barchain.judge.checks.restart import LINEAR_RAD, restart_segments
 from barchain.judge.error_model import ErrorModel
+from barchain.solutions.reference import ReferenceSolution
 from reports.results.outcome import Outcome
-from scenarios import make_scene
+from scenarios import Scene, make_scene
 from tests.judge.trust_cases import judged
 from tests.support.solutions import REFERENCE, run, solution_of
-
-if TYPE_CHECKING:
-    from barchain.solutions.reference import ReferenceSolution
-    from scenarios import Scene
 
 TIGHT, DEFAULT = (Setting(AccuracyParameter.RTOL, rtol) for rtol in (1e-12, 1e-8))
 

@@ -1,27 +1,19 @@
 """Equal steps that integrate the centre of mass themselves: a right method is inside its bound, a wrong one is not."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import initial_state
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine
-from adapters.trajectory import Observable, Trajectory
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, Setting
+from adapters.trajectory import Array, Observable, Trajectory
 from barchain.conform.scenes import scene_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
+from barchain.judge.verdict import Verdict
 from barchain.runs.job import RunResult
 from reports.results.outcome import Outcome
-
-if TYPE_CHECKING:
-    from adapters.engine import Setting
-    from adapters.trajectory import Array
-    from barchain.judge.verdict import Verdict
-    from scenarios import Scene
+from scenarios import Scene
 
 NAME = "conform/one_bar_point"
 

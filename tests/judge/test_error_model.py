@@ -1,39 +1,28 @@
-"""An error model is built once for a verdict, and each of its expensive members is computed once."""
+"""What an error model knows of an engine, and its advice for runs that are too long or too coarse."""
 
-from __future__ import annotations
-
-import collections
 import dataclasses
+import math
 import pickle
-from typing import TYPE_CHECKING, Any
+import re
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Coordinates, Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.judge import compare, error_model, residuals
-from barchain.judge.compare import judge
+from barchain.judge.checks.more_judged import beyond_any_setting, finer, next_sample, until_share
 from barchain.judge.error_model import ErrorModel
-from barchain.judge.evidence import Evidence
 from barchain.judge.local_errors import requested_errors, truncation_errors
-from barchain.runs.job import RunResult
-from reports.results.outcome import Outcome
+from barchain.judge.written import Declared
+from barchain.solutions.certified_file import shipped_solution
+from barchain.solutions.reference import ReferenceSolution, at_own_samples, closely_sampled
 from scenarios import load_scene
+from tests.support.kernel import needs_kernel
 from tests.support.solutions import run, solution_of
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from barchain.solutions.reference import ReferenceSolution
-
-
 SETTING = Setting(AccuracyParameter.RTOL, 1e-8)
-ONCE = {
-    error_model: ("requested_errors", "scales"),
-    residuals: ("parted_track_bound",),
-    compare: ("drift_bounds",),
-}
-MEMBERS = ("attitude_rad", "bound", "limit_s", "missed", "noise", "place_m")
 
 
 @pytest.fixture(scope="module")
@@ -41,37 +30,6 @@ def solution() -> ReferenceSolution:
     scene = load_scene("paper/fig15")
     scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=0.1 * scene.period_s, samples=21))
     return solution_of(scene)
-
-
-def counted(counts: collections.Counter[str], name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    def call(*given: Any, **named: Any) -> Any:
-        counts[name] += 1
-        return function(*given, **named)
-
-    return call
-
-
-def test_floors_bounds_and_explained_errors_are_computed_once_for_a_verdict(
-    solution: ReferenceSolution, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    counts = collections.Counter[str]()
-    for module, names in ONCE.items():
-        for name in names:
-            monkeypatch.setattr(module, name, counted(counts, name, getattr(module, name)))
-    for name in ("floor_of", "explained", "__init__"):
-        monkeypatch.setattr(ErrorModel, name, counted(counts, name, getattr(ErrorModel, name)))
-    for name in MEMBERS:
-        member = vars(ErrorModel)[name]
-        monkeypatch.setattr(member, "func", counted(counts, name, member.func))
-    main, finer = (RunResult(Outcome.PASS, trajectory=run(solution.scene, rtol)) for rtol in (1e-8, 1e-9))
-    assert main.trajectory is not None
-    errors = ErrorModel(Reference, SETTING, solution, main.trajectory)
-    assert errors.limit_s > 0.0  # asked for before the verdict, to choose its process
-    assert judge("x", Reference, SETTING, Evidence(main, finer), solution, errors).outcome is Outcome.PASS
-    at_finer_setting = {"__init__", "floor_of", "noise", "place_m", "scales"}  # has a floor of its own
-    assert counts.keys() >= {*MEMBERS, *sum(ONCE.values(), ())}
-    assert all(n == 1 for name, n in counts.items() if name not in at_finer_setting), counts
-    assert all(counts[name] <= 2 for name in at_finer_setting), counts
 
 
 def test_a_model_goes_to_another_process_and_keeps_its_numbers(solution: ReferenceSolution) -> None:
@@ -103,3 +61,64 @@ def test_joint_coordinates_in_absolute_places_have_the_errors_of_angles_and_the_
     shared, alone = (truncation_errors(each, equal, solution) for each in stepped)
     assert (shared.attitude_rate == alone.attitude_rate).all()
     assert (shared.com_rate > alone.com_rate).all()
+
+
+COARSE = 1e-4
+
+
+def fig05(samples: int) -> ReferenceSolution:
+    """Certified solution of five bars over five orbits, whose errors grow 5e8 times, at fewer samples."""
+    solution = shipped_solution(closely_sampled(load_scene("paper/fig05")))
+    run = dataclasses.replace(solution.scene.run, samples=samples)
+    return at_own_samples(solution, dataclasses.replace(solution.scene, run=run))
+
+
+def model(samples: int, rtol: float) -> ErrorModel:
+    """Error model of the reference at a request."""
+    solution = fig05(samples)
+    return ErrorModel(Reference, Setting(AccuracyParameter.RTOL, rtol), solution, solution.trajectory)
+
+
+@needs_kernel
+def test_who_follows_the_advice_on_samples_or_on_the_request_can_predict_the_next_sample() -> None:
+    said = next_sample(model(6, COARSE))
+    more = re.search(r"at least (\d+) samples", said)
+    request = re.search(r"rtol=(\S+)", said.partition("what would help")[2])
+    assert more or request
+    if more:
+        enough = next(n for n in (11, 21, 26, 51, 101, 126, 251, 501) if n >= int(more[1]))
+        assert next_sample(model(enough, COARSE)) == ""
+    if request:
+        assert next_sample(model(6, float(request[1]))) == ""
+
+
+@needs_kernel
+def test_samples_that_the_judging_solution_itself_can_not_predict_are_beyond_any_setting() -> None:
+    right = fig05(6)
+    assert beyond_any_setting(right) == ""
+    assert "samples" in beyond_any_setting(dataclasses.replace(right, limit_s=0.0))
+
+
+def growing(**members: Any) -> Any:
+    """Errors that grow a hundredfold in each of ten intervals of 10 s."""
+    t_s = np.linspace(0.0, 100.0, 11)
+    setting = Setting(AccuracyParameter.STEPS_PER_ORBIT, 1000)
+    made = {"t_s": t_s, "amplification": 100.0 ** (t_s / 10.0), "setting": setting, "engine": SimpleNamespace(order=2),
+            "attitude_rad": 1e-5 * 100.0 ** (t_s / 10.0)}  # fmt: skip
+    return SimpleNamespace(**made | members)
+
+
+def test_a_run_as_short_as_the_judged_part_asks_for() -> None:
+    """A twentieth of 100 s is a tenth of 50 s."""
+    assert "a run of at most 50 s" in until_share(growing(), 10.0, 0.05, 0.1)
+    assert until_share(growing(), 0.0, 0.0, 0.1) == ""
+
+
+@pytest.mark.parametrize("ratio", [4.0, 100.0])
+def test_steps_and_requests_are_as_much_finer_as_errors_have_to_fall(ratio: float) -> None:
+    (said,) = finer(growing(), ratio)
+    assert math.sqrt(ratio) <= float(said.partition("=")[2]) / 1000.0 < 2.0 * math.sqrt(ratio)
+    (said,) = finer(growing(setting=Setting(AccuracyParameter.RTOL, 1e-9)), ratio)
+    assert 1.0 <= 1e-9 / float(said.partition("=")[2]) / ratio < 3.0
+    (said,) = finer(growing(setting=Declared().setting), ratio)
+    assert "two files" in said

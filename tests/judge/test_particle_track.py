@@ -1,7 +1,5 @@
 """The track of an engine that follows a particle is judged to the end of a chaotic scene."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

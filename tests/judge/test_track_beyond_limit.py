@@ -1,17 +1,16 @@
 """Effect of parted attitudes on the track: no more than a force of unknown direction gives, and not far more."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
+from adapters.trajectory import Trajectory
 from barchain.judge.parted_track import parted_track_bound
 from scenarios import (
     Actuator,
@@ -26,10 +25,6 @@ from scenarios import (
     Thrust,
     load_scene,
 )
-
-if TYPE_CHECKING:
-    from adapters.trajectory import Trajectory
-    from barchain.solutions.reference import ReferenceSolution
 
 LIMIT_S, START_S, FORCE_N, PUSH_S = 1000.0, 4000.0, 2.0, 60.0
 FIXED = math.radians(40.0)
@@ -62,7 +57,7 @@ def run(scene: Scene) -> Trajectory:
 
 def bound(scene: Scene) -> dict[str, np.ndarray]:
     found = run(scene)
-    return parted_track_bound(cast("ReferenceSolution", Solved(scene, found, found)), found.t_s, LIMIT_S)
+    return parted_track_bound(Solved(scene, found, found), found.t_s, LIMIT_S)
 
 
 @pytest.mark.exhaustive
@@ -123,7 +118,7 @@ def test_air_and_light_part_tracks_by_no_more_than_their_strength_along_the_orbi
     scene = dataclasses.replace(scene, effects=effects, run=run_)
     frame = Frame.LOCAL_HORIZONTAL if force == "drag" else Frame.INERTIAL
     runs = [run(each) for each in faces(scene, frame)]
-    allowed = parted_track_bound(cast("ReferenceSolution", Solved(scene, runs[0], runs[0])), runs[0].t_s, 0.0)
+    allowed = parted_track_bound(Solved(scene, runs[0], runs[0]), runs[0].t_s, 0.0)
     pull = bound(dataclasses.replace(scene, effects=dataclasses.replace(effects, drag=None, solar_pressure=None)))
     for name, field in (("com", "com_m"), ("com_velocity", "com_velocity_m_s")):
         pairs = itertools.combinations([getattr(each, field) for each in runs], 2)

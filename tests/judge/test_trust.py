@@ -13,7 +13,7 @@ from adapters.trajectory import Observable
 from barchain.judge.checks.beyond_limit import energy_finding, fault_between_segments, kinetic_ratio
 from barchain.judge.checks.restart import declared_noise_rad, restart_segments
 from barchain.judge.error_model import ErrorModel
-from barchain.runs.job import Role, RunResult
+from barchain.runs.job import RunResult
 from reports.results.outcome import Outcome
 from scenarios import load_scene
 from tests.judge.trust_cases import (
@@ -112,15 +112,16 @@ def test_an_impulse_beyond_the_limit_is_followed_and_no_later_segment_lacks_its_
 
 
 @pytest.mark.parametrize("growing", [False, True], ids=["sudden", "growing"])
-@pytest.mark.parametrize("which", ["main", "finer", "both"])
-@pytest.mark.parametrize("share", [0.25, 0.5, 0.9])
+@pytest.mark.parametrize(("share", "which"), [(0.25, "both"), (0.5, "finer"), (0.9, "main")])
 def test_garbage_from_any_instant_on_in_either_run_does_not_pass(chaotic, unmodified, share, which, growing):
     main, finer = unmodified
     if which in ("main", "both"):
         main = garbage(main, share, growing=growing, seed=1)
     if which in ("finer", "both"):
         finer = garbage(finer, share, growing=growing, seed=2)
-    assert not judged(chaotic, main, finer).outcome.ok
+    verdict = judged(chaotic, main, finer)
+    assert not verdict.outcome.ok
+    assert growing or which != "both" or verdict.further_runs == ()
 
 
 @pytest.mark.parametrize(
@@ -157,13 +158,7 @@ def test_runs_that_are_unstable_each_in_its_own_way_do_not_pass(chaotic, unmodif
     assert not judged(chaotic, main, finer).outcome.ok
 
 
-def test_garbage_requests_no_further_runs(chaotic, unmodified):
-    wrong = [garbage(seen, 0.25, growing=False, seed=k) for k, seen in enumerate(unmodified)]
-    assert judged(chaotic, *wrong).further_runs == ()
-    assert Role.FINEST not in judged(chaotic, *wrong).further_runs
-
-
-@pytest.mark.parametrize("samples", [1, 2, 30])
+@pytest.mark.parametrize("samples", [1, 30])
 def test_a_finer_run_that_ends_early_does_not_shorten_what_is_judged(chaotic, unmodified, samples):
     wrong = garbage(unmodified[0], samples / 121, growing=False, seed=1)
     assert judged(chaotic, wrong, cut(unmodified[1], samples)).outcome is Outcome.INCOMPLETE

@@ -23,6 +23,11 @@ def lasting(name, orbits, samples):
     )
 
 
+def with_a_heavier_bar(scene):
+    mass_kg = (*scene.chain.mass_kg[:-1], 1.1 * scene.chain.mass_kg[-1])
+    return dataclasses.replace(scene, chain=dataclasses.replace(scene.chain, mass_kg=mass_kg))
+
+
 def judged(solution, main, finer, engine=Reference, setting=SETTING, **more):
     evidence = Evidence(RunResult(Outcome.PASS, trajectory=main), RunResult(Outcome.PASS, trajectory=finer), **more)
     return judge("x", engine, setting, evidence, solution)

@@ -3,11 +3,8 @@
 Run as a script it prints them as JSON: so a test can ask the same of a copy of the reference with a fault in it.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
-from typing import TYPE_CHECKING
 from unittest import mock
 
 import numpy as np
@@ -21,13 +18,11 @@ from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy, tidal_energy
 from reference_impl.model.relative import accelerations, external_accelerations
+from reference_impl.model.state import Accelerations, State
 from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
 from reference_impl.precision.chain import ChainAccelerations, bar_centres, consistent_chain_state, directions, dot
 from reference_impl.precision.formulations import absolute, gradient_angular_accelerations
-
-if TYPE_CHECKING:
-    from reference_impl.model.state import Accelerations, State
 
 RATIO, MEMBERS = 1e-9, 4  # bars of 6 mm: a cancelling subtraction leaves 7 digits
 

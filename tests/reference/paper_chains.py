@@ -1,9 +1,6 @@
 """Random chains, and how far two evaluations of their equations differ, in the scale of the terms that go into them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +8,7 @@ from reference_impl.model import relative
 from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.kinematics import consistent_state
-
-if TYPE_CHECKING:
-    from reference_impl.model.state import Accelerations, State
+from reference_impl.model.state import Accelerations, State
 
 MU, RADIUS = 3.986004418e14, 6378e3
 AGREEMENT = 1e-13  # asked for: 450 units of round-off, for systems whose condition number stays below about 1e4

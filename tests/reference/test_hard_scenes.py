@@ -1,4 +1,4 @@
-"""Hard scenes: what each says must hold, by closed forms and limits that owe nothing to the reference."""
+"""Hard scenes: what each says must hold, by closed forms and limits; stiff springs, which make one bar of a chain."""
 
 import math
 import subprocess
@@ -18,7 +18,9 @@ from barchain.metrics.quantities import differences, drifts
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 from scenarios import Gravity, Scene, load_scene
+from scenarios.scene import Chain
 from tests.support.kernel import needs_kernel
+from tests.support.slow import one_in
 
 BOTH = [Reference, ReferenceFast]
 EPS = float(np.finfo(float).eps)
@@ -45,17 +47,6 @@ def test_the_centre_of_mass_follows_its_conic(name: str, engine: type) -> None:
     assert (np.linalg.norm(seen.com_m - com, axis=1) <= pulled * away).all()
 
 
-@pytest.mark.parametrize("engine", BOTH)
-def test_a_vertical_fall_ends_when_the_closed_form_says(engine: type) -> None:
-    """Fall from rest: t = sqrt(r0³/2mu) (acos(sqrt x) + sqrt(x (1 - x))), x = r/r0, to where the lowest end touches."""
-    scene = load_scene("hard/vertical_fall")
-    seen = run(engine, scene, 1e-12)
-    ended = float(seen.ended.split("=")[1].split()[0])
-    half = 0.5 * scene.size_m  # the chain hangs nearly along the radius
-    low, high = (fall_s(scene, scene.central_body.radius_m + reach) for reach in (half * 0.9, half * 1.0001))
-    assert high < ended < low
-
-
 @pytest.mark.parametrize("speed_factor", [0.0, 1e-9, 1e-4, 0.03])
 def test_a_fall_from_rest_or_nearly_has_drifts_in_units_of_what_it_gains(speed_factor: float) -> None:
     scene = load_scene("hard/vertical_fall")
@@ -64,13 +55,6 @@ def test_a_fall_from_rest_or_nearly_has_drifts_in_units_of_what_it_gains(speed_f
     found = drifts(scene, run(Reference, scene, 1e-12))
     assert (found["energy"] < 1e-10).all()  # a hundred times the request: samples are interpolated, the units differ
     assert (found["angular_momentum"] < 1e-10).all()  # of M |Z| |Z'|
-
-
-def fall_s(scene: Scene, radius_m: float) -> float:
-    """When a particle that falls from rest is at a radius."""
-    r0, mu = scene.radius0_m, scene.central_body.mu_m3_s2
-    x = radius_m / r0
-    return math.sqrt(r0**3 / (2.0 * mu)) * (math.acos(math.sqrt(x)) + math.sqrt(x * (1.0 - x)))
 
 
 @pytest.mark.parametrize("engine", BOTH)
@@ -95,14 +79,6 @@ def test_nothing_depends_on_the_size_but_its_unit(engine: type) -> None:
     a, b = run(engine, small), run(engine, larger)
     assert np.abs(a.angle_rad - b.angle_rad).max() < 1e-7
     assert np.abs(1e3 * a.reaction_N - b.reaction_N).max() < 1e-7 * np.abs(b.reaction_N).max()
-
-
-@pytest.mark.parametrize("engine", BOTH)
-def test_springs_of_no_stiffness_change_no_bit_of_the_motion(engine: type) -> None:
-    scene = load_scene("hard/springs_zero")
-    bare = replace(scene, effects=replace(scene.effects, joint_spring_damper=None))
-    seen, alone = run(engine, scene), run(engine, bare)
-    assert differences(seen, alone)["attitude"].max() < 1e-9
 
 
 @pytest.mark.parametrize("engine", BOTH)
@@ -175,3 +151,71 @@ def test_ten_thousand_bars_fit_in_a_gibibyte() -> None:
     peak_KiB, steps = map(float, told.stdout.split())
     assert steps > 5
     assert peak_KiB < 2**20
+
+
+STIFF, DAMPED = "hard/springs_stiff", "hard/damping_heavy"
+
+
+@pytest.mark.parametrize("rtol", one_in(3, [1e-10, 1e-13]))
+@pytest.mark.parametrize("name", [STIFF, DAMPED])
+@pytest.mark.parametrize("engine", BOTH)
+def test_the_implicit_method_is_chosen_and_said(engine: type, name: str, rtol: float) -> None:
+    """Also in a reference solution: rounding would hold explicit steps so short that none looks stiff."""
+    scene = load_scene(name)
+    scene = replace(scene, run=replace(scene.run, duration_s=0.2 * scene.run.duration_s))
+    seen = run(engine, scene, rtol)
+    assert "Radau" in str(seen.info["method"])
+    assert "stiff" in str(seen.info["method"])
+    assert float(seen.info["steps"]) < 2000  # explicit: 8e4, and 1e7 with dampers
+
+
+@pytest.mark.parametrize("name", ["hard/springs_zero", "effects/joint_springs", "paper/fig13", "hard/compact"])
+def test_other_scenes_keep_the_explicit_method(name: str) -> None:
+    scene = load_scene(name)
+    short = replace(scene, run=replace(scene.run, duration_s=0.02 * scene.run.duration_s, samples=3))
+    assert run(ReferenceFast, short).info["method"] == "DOP853"
+
+
+def one_bar(scene: Scene) -> Scene:
+    """The straight chain of `scene` as a single rigid bar."""
+    c = scene.chain
+    mass, length = sum(c.mass_kg), sum(c.length_m)
+    bar = Chain((mass,), (length,), (mass * length**2 / 12.0,), c.angle_rad[:1], c.angle_from, c.rate_factor[:1])
+    return replace(scene, chain=bar, effects=replace(scene.effects, joint_spring_damper=None))
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_stiff_springs_make_one_bar_of_the_chain(engine: type) -> None:
+    """Up to their bending, torque over stiffness: 0.2 N m in 1e9 N m/rad, and to what differs by (l/r)² in the pull."""
+    scene = load_scene(STIFF)
+    seen, alone = run(engine, scene), run(engine, one_bar(scene))
+    assert np.ptp(seen.angle_rad, axis=1).max() < 1e-9
+    size_m = scene.size_m
+    assert np.abs(seen.angle_rad[:, :1] - alone.angle_rad).max() < (size_m / scene.radius0_m) ** 2 + 1e-8
+
+
+@pytest.mark.parametrize("name", one_in(2, [STIFF, DAMPED]))
+def test_both_forms_agree_and_the_error_falls_with_the_tolerance(name: str) -> None:
+    scene = load_scene(name)
+    fine = run(ReferenceFast, scene, 1e-12)
+    coarse, other = run(ReferenceFast, scene, 1e-9), run(Reference, scene, 1e-9)
+    steps = float(coarse.info["steps"])
+    for seen in (coarse, other):
+        assert differences(seen, fine)["attitude"].max() < 1e-9 * steps
+    fall = differences(run(ReferenceFast, scene, 1e-7), fine)["attitude"].max()
+    assert differences(coarse, fine)["attitude"].max() < max(0.2 * fall, 1e-10)
+
+
+def test_a_spring_that_visibly_swings_is_followed_swing_by_swing() -> None:
+    """Bent by a milliradian it oscillates 20 times a second: to step over that would be wrong, however cheap."""
+    scene = load_scene(STIFF)
+    bent = replace(
+        scene.chain, angle_rad=tuple(a + d for a, d in zip(scene.chain.angle_rad, (0.0, 1e-3, 0.0), strict=True))
+    )
+    rest = tuple(np.zeros(2))
+    springs = replace(scene.effects.joint_spring_damper, rest_rad=rest)
+    swung = replace(scene, chain=bent, effects=replace(scene.effects, joint_spring_damper=springs))
+    seen = run(ReferenceFast, replace(swung, run=replace(scene.run, duration_s=60.0, samples=601)))
+    assert seen.info["method"] == "DOP853"
+    early, late = (np.abs(np.diff(seen.angle_rad, axis=1)[rows]).max() for rows in (slice(0, 300), slice(300, None)))
+    assert late == pytest.approx(early, rel=0.02)  # samples at other phases of it; nothing damps it

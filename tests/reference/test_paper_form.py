@@ -8,8 +8,6 @@ A joint motor's effect on its bar's angle can pass through zero (it turns the ne
 pulls back); near there the torque, and all round-off with it, grows like 1/`grip`.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -22,10 +20,9 @@ from reference_impl.model.chain import ChainModel
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.state import Accelerations
 from reference_impl.paper.form import NotSquareError, paper_accelerations, solve
-from reference_impl.paper.matrices import matrices
 from reference_impl.paper.misprint_effects import generic_model, generic_state, misprint_effects
-from reference_impl.paper.misprints import ERRATA, Misprint, MisprintConsequence
-from reference_impl.paper.state import paper_state, units_of
+from reference_impl.paper.misprints import ERRATA, Misprint
+from reference_impl.paper.state import units_of
 from tests.reference.paper_chains import AGREEMENT, LAWS, MU, RADIUS, chain, disagreement, grip
 from tests.support.arbiter import judge
 from tests.support.slow import one_in
@@ -33,7 +30,7 @@ from tests.support.slow import one_in
 
 @pytest.mark.parametrize("laws", LAWS)
 @pytest.mark.parametrize("equal", [True, False], ids=["equal", "unequal"])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), bars=st.integers(1, 12))
 def test_paper_form_equals_the_production_form(equal: bool, laws: str, seed: int, bars: int) -> None:
     model, state = chain(seed, bars, equal=equal, laws=laws)
@@ -79,26 +76,6 @@ def test_gravity_torque_is_that_of_a_bar_cut_into_pieces() -> None:
         assert abs(found - torque) < 5.0 * (length / np.linalg.norm(place)) ** 2 * size
 
 
-def test_matrices_have_the_shapes_and_the_block_structure_of_the_appendices() -> None:
-    model, state = chain(3, 6, equal=False, laws="none")
-    m = matrices(paper_state(model, state, units_of(model, state.com_m)), frozenset())
-    bars, reactions = 3 * 6 + 2, 2 * 5
-    assert (m.E.shape, m.F.shape, m.W.shape) == ((bars,), (bars,), (bars, reactions))
-    assert (m.A.shape, m.B.shape) == ((reactions, bars), (reactions,))
-    assert not m.W[-2:].any()  # no internal force moves the centre of mass
-    joint = m.A @ (m.W / m.E[:, None])
-    assert np.abs(joint - joint.T).max() < 1e-13 * np.abs(joint).max()  # symmetric once the misprints are put right
-    assert np.linalg.eigvalsh(-joint).min() > 0.0  # and definite, in the sign that (C.8) gives it
-
-
-def test_the_unknown_T_keeps_its_identity() -> None:
-    """Eq. (6), differentiated twice: the weighted sum of T_j'' vanishes, to the round-off of its terms."""
-    model, state = chain(4, 9, equal=False, laws="none")
-    found = paper_accelerations(model, 0.0, state)
-    size = model.weight @ np.linalg.norm(found.position_m_s2, axis=1)
-    assert np.abs(model.weight @ found.position_m_s2).max() < 1e-13 * size
-
-
 def change(misprint: Misprint, model: ChainModel) -> tuple[float, float, float]:
     """Relative change of reactions, phi'' and theta'' of the generic state."""
     state = generic_state(model)
@@ -136,10 +113,6 @@ def test_beta_changes_the_local_angle_and_not_the_inertial_one() -> None:
     assert local > 1e-7
 
 
-def test_half_length_does_nothing_to_equal_bars() -> None:
-    assert change(Misprint.HALF_LENGTH, generic_model()) == (0.0, 0.0, 0.0)
-
-
 def test_w_third_row_is_of_first_order_in_the_size_ratio() -> None:
     large, small = (change(Misprint.W_THIRD_ROW, generic_model((length,) * 5))[0] for length in (1000.0, 100.0))
     assert large / small == pytest.approx(10.0, rel=1e-2)  # next order: l/r = 1e-4 times the chain's length in bars
@@ -156,40 +129,13 @@ def test_s2_sign_needs_an_orbit_that_climbs() -> None:
     assert disagreement(model, level, wrong, right) < 1e-3
 
 
-def test_misprints_add_up_in_one_set() -> None:
-    model = generic_model()
-    state = generic_state(model)
-    both = paper_accelerations(model, 0.0, state, {Misprint.TORQUE_SIGN, Misprint.S2_SIGN})
-    for single in (Misprint.TORQUE_SIGN, Misprint.S2_SIGN):
-        alone = paper_accelerations(model, 0.0, state, {single})
-        assert disagreement(model, state, both, alone) > 1e-2
-
-
 def test_equation_27_as_printed_says_that_it_is_not_square() -> None:
     model, state = chain(5, 5, equal=True, laws="local, external")
     with pytest.raises(NotSquareError, match=r"9 equations .* for 25 unknowns"):
         paper_accelerations(model, 0.0, state, {Misprint.CONTROL_IDENTITY})
 
 
-def test_equation_27_as_printed_matters_only_where_a_rotation_is_prescribed() -> None:
-    model, state = chain(5, 5, equal=True, laws="none")
-    assert np.isfinite(paper_accelerations(model, 0.0, state, {Misprint.CONTROL_IDENTITY}).reaction_N).all()
-
-
-@pytest.mark.parametrize("gravity", ["none", "point"])
-def test_other_gravity_is_refused(gravity) -> None:
+def test_other_gravity_is_refused() -> None:
     model, state = chain(6, 3, equal=True, laws="none")
-    with pytest.raises(ValueError, match=f'"gradient" only, not "{gravity}"'):
-        paper_accelerations(replace(model, gravity=gravity), 0.0, state)
-
-
-def test_the_answer_does_not_depend_on_the_radius_that_makes_lengths_nondimensional() -> None:
-    model, state = chain(7, 5, equal=False, laws="both ends")
-    one, other = (paper_accelerations(replace(model, body_radius_m=r), 25.0, state) for r in (0.0, 1e6))
-    assert disagreement(model, state, one, other) < AGREEMENT
-
-
-def test_every_misprint_has_its_entry_and_its_effect() -> None:
-    assert set(ERRATA) == set(Misprint)
-    assert {e.effect for e in ERRATA.values()} == set(MisprintConsequence)
-    assert [row.id for row in misprint_effects()] == [m.value for m in Misprint]
+    with pytest.raises(ValueError, match='"gradient" only, not "point"'):
+        paper_accelerations(replace(model, gravity="point"), 0.0, state)

@@ -1,8 +1,5 @@
 """The formulations in any arithmetic: exact numbers are exact, and doubles agree with the reference's own code."""
 
-import dataclasses
-
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,8 +10,8 @@ from barchain.studies.roundoff.formulations import FORMULATIONS, EvaluationCase,
 from reference_impl.model import absolute as plain_absolute
 from reference_impl.model import relative as plain_relative
 from reference_impl.precision import steppers
-from reference_impl.precision.arithmetic import EXACT, FLOAT32, FLOAT64, LONG, Arithmetic, each, exact_numbers
-from reference_impl.precision.chain import AbsoluteState, ChainParameters, RelativeState
+from reference_impl.precision.arithmetic import EXACT, FLOAT32, FLOAT64, LONG, exact_numbers
+from reference_impl.precision.chain import ChainParameters, RelativeState
 from reference_impl.precision.formulations import absolute, relative
 from tests.support.joint_roundoff import case, forward, joint_bound
 
@@ -27,7 +24,7 @@ def gap_between(found, answer):
 
 
 @pytest.mark.parametrize("kind", StateKind)
-@pytest.mark.parametrize("bars", [2, 5, 50])
+@pytest.mark.parametrize("bars", [2, 50])
 def test_exact_answers_have_50_digits_where_absolute_coordinates_lose_most(kind, bars):
     """Two formulas, one of which loses 36 digits on the horizontal chain of this size, agree to 50."""
     with exact_numbers():
@@ -39,72 +36,6 @@ def test_exact_answers_have_50_digits_where_absolute_coordinates_lose_most(kind,
         assert gap_between(by_absolute.com_m_s2, by_relative.com_m_s2) < 1e-100
 
 
-def newton_and_euler(bars, state):
-    """Reactions (N-1, 2) of one state by the dense system of all accelerations and forces, in mpmath.
-
-    Written from Newton's and Euler's laws and the joints' accelerations alone, with longitudes for the torque.
-    """
-    n, mp = bars.mass_kg.shape[0], mpmath.mp
-    number = lambda x: mp.mpf(str(x))  # noqa: E731
-    mu, m, length, inertia = (
-        np.vectorize(number, otypes=[object])(v[..., 0])
-        for v in (bars.mu_m3_s2, bars.mass_kg, bars.length_m, bars.inertia_kg_m2)
-    )
-    z = np.vectorize(number, otypes=[object])(state.place_m[..., 0])
-    theta, rate = (np.vectorize(number, otypes=[object])(v[..., 0]) for v in (state.angle_rad, state.rate_rad_s))
-    u = [(mp.cos(a), mp.sin(a)) for a in theta]
-    across = [(-s, c) for c, s in u]
-    size = 3 * n + 2 * (n - 1)
-    a, b = mp.matrix(size, size), mp.matrix(size, 1)
-    force = lambda j, k: 3 * n + 2 * j + k  # noqa: E731
-    for j in range(n):
-        r = mp.sqrt(z[0, j] ** 2 + z[1, j] ** 2)
-        phi = theta[j] - mp.atan2(z[1, j], z[0, j]) + mp.pi / 2
-        for k in range(2):
-            a[3 * j + k, 3 * j + k] = m[j]
-            b[3 * j + k] = -m[j] * mu * z[k, j] / r**3
-        a[3 * j + 2, 3 * j + 2] = inertia[j]
-        b[3 * j + 2] = 3 * mu / r**3 * inertia[j] * mp.sin(phi) * mp.cos(phi)
-        for i, sign in ((j, 1), (j - 1, -1)):
-            if 0 <= i < n - 1:
-                for k in range(2):
-                    a[3 * j + k, force(i, k)] = -sign
-                    a[3 * j + 2, force(i, k)] = -length[j] / 2 * across[j][k]
-    for j in range(n - 1):
-        for k in range(2):
-            row = force(j, k)
-            for i, sign in ((j, 1), (j + 1, -1)):
-                a[row, 3 * i + k] = sign
-                a[row, 3 * i + 2] = length[i] / 2 * across[i][k]
-                b[row] += length[i] / 2 * rate[i] ** 2 * u[i][k]
-    found = mp.lu_solve(a, b)
-    return np.array([[found[force(j, k)] for j in range(n - 1)] for k in range(2)])
-
-
-@pytest.mark.parametrize("kind", StateKind)
-def test_exact_answers_are_those_of_newtons_and_eulers_laws_in_mpmath(kind):
-    with exact_numbers(), mpmath.workdps(130):
-        exact = exact_case(EvaluationCase(kind, 3, 1e-6, 1))
-        ours = absolute(EXACT, exact.bars, exact.state.absolute).reaction_N[..., 0]
-        theirs = newton_and_euler(exact.bars, exact.state.absolute)
-        ours = np.vectorize(lambda x: mpmath.mpf(str(x)), otypes=[object])(ours)
-        assert gap_between(ours, theirs) < 1e-50
-
-
-def test_the_same_lines_run_in_mpmath():
-    """Arithmetic is a parameter: long numbers of another library give the same 100 digits."""
-    lift = np.frompyfunc(lambda x: mpmath.mpf(str(x)), 1, 1)
-    with exact_numbers(), mpmath.workdps(120):
-        other = Arithmetic("mpmath", object, 1e-120, *map(each, (mpmath.sqrt, mpmath.sin, mpmath.cos, mpmath.log1p,
-                                                                 mpmath.expm1)))  # fmt: skip
-        exact = exact_case(EvaluationCase(StateKind.GENERIC, 3, 1e-6, 2))
-        numbers = [f.name for f in dataclasses.fields(ChainParameters) if not f.kw_only]
-        lifted = ChainParameters(*(lift(getattr(exact.bars, name)) for name in numbers))
-        state = RelativeState(*(lift(getattr(exact.state, f.name)) for f in dataclasses.fields(RelativeState)))
-        theirs = relative(other, lifted, state).reaction_N
-        assert gap_between(lift(relative(EXACT, exact.bars, exact.state).reaction_N), theirs) < 1e-100
-
-
 def columns(c):
     """Chain and state of a random case, as one column."""
     m, s = c.model, c.state
@@ -113,7 +44,7 @@ def columns(c):
     return bars, RelativeState(one(s.com_m), one(s.position_m.T), one(s.angle_rad), one(s.rate_rad_s))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10**6), bars=st.integers(2, 9), decades=st.floats(0.0, 3.0))
 def test_in_doubles_the_relative_formulation_is_the_references(seed, bars, decades):
     """Both are backward stable solutions of the same system: apart by twice what round-off opens a joint."""
@@ -123,7 +54,7 @@ def test_in_doubles_the_relative_formulation_is_the_references(seed, bars, decad
     assert (apart <= forward(c, 2.0 * joint_bound(c, plain))).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 10**6), bars=st.integers(2, 9))
 def test_in_doubles_the_absolute_formulation_is_the_references_absolute_one(seed, bars):
     """The same within the round-off of a place, u r times n², that both have."""
@@ -204,10 +135,3 @@ def test_a_run_that_never_ends_is_given_up_and_the_others_go_on(monkeypatch):
     assert at.abandoned.tolist() == [False, True]
     assert np.isfinite(at.y[:, 0]).all()
     assert np.isnan(at.y[:, 1]).all()
-
-
-def test_absolute_states_are_sums():
-    with exact_numbers():
-        state = exact_case(EvaluationCase(StateKind.GENERIC, 3, 1e-5, 2)).state
-        assert isinstance(state.absolute, AbsoluteState)
-        assert (state.absolute.place_m - state.position_m == state.com_m[:, None]).all()

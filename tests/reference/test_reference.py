@@ -1,29 +1,20 @@
 """The reference's runs: known values, coordinate sets, drift, events, breaks, the stepper."""
 
-from __future__ import annotations
-
-import itertools
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.common.reference_model import chain_model
-from adapters.reference.numpy_engines import Reference
 from reference_impl.integrate.simulate import History, Simulation
-from reference_impl.integrate.stepper import integrate
+from reference_impl.integrate.stepper import Integration, integrate
 from reference_impl.kernel.simulate import KernelSimulation
 from reference_impl.model.chain import BarTurn, ChainModel, Prescription
-from reference_impl.model.invariants import com_energy, relative_kinetic_energy, tidal_energy
 from reference_impl.model.kinematics import consistent_state, relative_positions
-from scenarios import Gravity, Scene, load_scene
-
-if TYPE_CHECKING:
-    from reference_impl.integrate.stepper import Integration
-    from reference_impl.model.state import State
+from reference_impl.model.state import State
+from scenarios import Scene, load_scene
 
 MU, RADIUS = 3.986004418e14, 6378e3
 TIGHT = 1e-13
@@ -59,17 +50,6 @@ def test_fig05_after_one_orbit() -> None:
     assert size[-1] == pytest.approx([0.01128, 0.02417, 0.03735, 0.03434], abs=0.5e-5)
     assert size.max() == size[-1].max()
     assert size[0].max() < 1e-10  # first-order forces cancel: about 4e-11 N are left
-
-
-def test_fig09_after_one_orbit() -> None:
-    h = simulate(one_orbit("paper/fig09", 2001), TIGHT)
-    turned = h.angle_rad[-1] - h.angle_rad[0]
-    assert turned == pytest.approx([-2.95193, -2.94966, -2.95199, -2.95435, -2.95207], abs=0.5e-5)
-    size = np.linalg.norm(h.reaction_N, axis=-1)
-    assert size.max() == pytest.approx(0.1178, abs=0.5e-4)
-    assert size[0] == pytest.approx([0.0262, 0.0393, 0.0393, 0.0262], abs=0.5e-4)
-    along = np.array([np.cos(h.angle_rad[0, 0]), np.sin(h.angle_rad[0, 0])])
-    assert np.abs(np.abs(h.reaction_N[0] @ along) - size[0]).max() < 1e-9 * size[0].max()  # along the chain
 
 
 def test_fig05_from_each_bars_own_horizontal_ends_elsewhere() -> None:
@@ -120,35 +100,6 @@ def test_minimal_coordinates_have_no_drift_and_redundant_ones_do(four_sets: dict
     assert four_sets["absolute"].gap_m.max() >= 2.0**-53 * RADIUS
 
 
-def test_redundant_drift_shrinks_with_the_tolerance() -> None:
-    scene = one_orbit("paper/fig13", 3)
-    coarse, fine = (simulate(scene, rtol, "redundant").gap_m[-1].max() for rtol in (1e-7, 1e-10))
-    assert fine < 1e-2 * coarse
-
-
-# invariants
-
-
-@pytest.mark.parametrize("rtol", [1e-8, 1e-11])
-def test_energy_drifts_no_more_than_steps_times_rtol(rtol: float) -> None:
-    scene = one_orbit("paper/fig15", 51)
-    scene = replace(scene, effects=replace(scene.effects, gravity=Gravity.POINT))
-    h, model = simulate(scene, rtol), chain_model(scene)
-    energy = com_energy(model, h.com_m, h.com_velocity_m_s)
-    inner = relative_kinetic_energy(model, h.angle_rad, h.rate_rad_s) + tidal_energy(model, h.com_m, h.angle_rad)
-    total = energy + inner
-    # in units of M v²: position and velocity blocks, two components each
-    unit = model.mass_kg.sum() * np.linalg.norm(h.com_velocity_m_s[0]) ** 2
-    assert np.abs(total - total[0]).max() <= 4.0 * h.steps * rtol * unit
-
-
-def test_the_ladder_of_tolerances_converges() -> None:
-    scene = one_orbit("paper/fig13", 11)
-    solution = simulate(scene, TIGHT).angle_rad
-    errors = [np.abs(simulate(scene, rtol).angle_rad - solution).max() for rtol in (1e-5, 1e-7, 1e-9, 1e-11)]
-    assert all(fine < 0.1 * coarse for coarse, fine in itertools.pairwise(errors))
-
-
 # surface
 
 
@@ -177,28 +128,6 @@ def test_a_falling_bar_lands_at_the_closed_forms_instant(angle_deg: float, kind:
     assert abs(seen.stopped_s - instant) <= seen.steps * 1e-11 * RADIUS / speed + 1e-9 * 100.0 + slant
     assert len(seen.t_s) == np.count_nonzero(times <= seen.stopped_s)
     assert run.history(seen).landed_s == seen.stopped_s
-
-
-def test_a_scene_dropped_from_rest_ends_at_the_surface_and_says_so() -> None:
-    scene = load_scene("basics/kepler_circular")
-    scene = replace(scene, orbit=replace(scene.orbit, speed_factor=0.0))
-    seen = Reference().run(scene)
-    assert seen.ended.startswith("a bar reached the surface at t = 27")
-    assert len(seen.t_s) < scene.run.samples
-    assert len(seen.t_s) == len(seen.com_m) == len(seen.angle_rad)
-
-
-@BOTH
-def test_a_perigee_just_below_the_surface_is_not_stepped_over(kind: type) -> None:
-    """The centre dips 10 m under for 25 s, less than a step; a metre above, the run goes on."""
-    mass = np.array([100.0])
-    model = ChainModel(MU, mass, np.array([1.0]), mass / 12.0, "point", RADIUS)
-    for depth, lands in ((10.0, True), (-10.0, False)):
-        apogee, perigee = RADIUS + 350e3, RADIUS - depth
-        speed = math.sqrt(2.0 * MU * perigee / (apogee * (apogee + perigee)))
-        run = kind(model, np.array([apogee, 0.0]), np.array([0.0, speed]), np.zeros(1), np.zeros(1), rtol=1e-8)
-        seen = run.integrate(np.linspace(0.0, 5400.0, 3))
-        assert (seen.stopped_s is not None) == lands
 
 
 @BOTH
@@ -266,18 +195,15 @@ def test_the_prescribed_bar_follows_its_law(kind: type, frame: str, actuator: st
     assert np.abs(h.torque_N_m).max() > 0.1
 
 
-def test_no_step_straddles_an_end_of_a_manoeuvre() -> None:
-    """The law's third derivative jumps there: DOP853 takes every known instant as the end of a step."""
-    stops: list[float] = []
-
-    def rhs(t: float, y: np.ndarray) -> np.ndarray:
-        stops.append(t)
-        return np.array([1.0 if t < 0.3 else 2.0])
-
-    seen = integrate(rhs, np.zeros(1), np.array([0.0, 0.25, 0.5, 1.0]), np.array([1e-12]), breaks_s=(0.3,))
-    assert 0.3 in stops
-    # a straight line on either side; the evaluation at that instant itself sees the far side
-    assert seen.y[:, 0] == pytest.approx([0.0, 0.25, 0.7, 1.7], abs=1e-9)
+@pytest.mark.parametrize("quintic", [False, True])
+def test_rate_and_acceleration_of_a_law_are_its_slopes(quintic: bool) -> None:
+    """Differences of second order: h² times the fourth derivative at most."""
+    law, h = Prescription(0, (BarTurn(0.8, 60.0, 10.0, quintic),), frame="inertial", reacts_on=None), 1e-4
+    assert [law.angle_rad(t) for t in (0.0, 10.0, 70.0, 99.0)] == pytest.approx([0.0, 0.0, 0.8, 0.8], abs=1e-15)
+    for t in (15.0, 40.0, 66.0):
+        slope, bend = ((of(t + h) - of(t - h)) / (2.0 * h) for of in (law.angle_rad, law.rate_rad_s))
+        assert law.rate_rad_s(t) == pytest.approx(slope, abs=1e-10)
+        assert law.acceleration_rad_s2(t) == pytest.approx(bend, abs=1e-10)
 
 
 # the stepper
@@ -290,7 +216,7 @@ def decay(t: float, y: np.ndarray) -> np.ndarray:
 TIMES = np.linspace(0.0, 1.0, 11)
 
 
-@pytest.mark.parametrize("at", [0.5, 0.3, 0.3 + 1e-14, 1e-13, 1.0 - 1e-13, 0.0, 1.0, -3.0, 7.0])
+@pytest.mark.parametrize("at", [0.3, 0.3 + 1e-14, 1e-13, 1.0 - 1e-13, 0.0, 1.0, -3.0, 7.0])
 def test_every_sample_is_taken_once_wherever_a_break_falls(at: float) -> None:
     seen = integrate(decay, np.ones(2), TIMES, np.full(2, 1e-10), breaks_s=(at,))
     assert np.array_equal(seen.t_s, TIMES)
@@ -298,32 +224,14 @@ def test_every_sample_is_taken_once_wherever_a_break_falls(at: float) -> None:
     assert seen.stopped_s is None
 
 
-def test_breaks_may_coincide_and_come_in_any_order() -> None:
-    seen = integrate(decay, np.ones(1), TIMES, np.full(1, 1e-10), breaks_s=(0.7, 0.2, 0.7, 0.2 + 1e-15))
-    assert np.array_equal(seen.t_s, TIMES)
-
-
-def test_a_sample_at_a_steps_end_is_the_steps_own_result() -> None:
-    exact_end = integrate(decay, np.ones(1), np.array([0.0, 0.4, 1.0]), np.full(1, 1e-10), breaks_s=(0.4,))
-    alone = integrate(decay, np.ones(1), np.array([0.0, 0.4]), np.full(1, 1e-10))
-    assert exact_end.y[1, 0] == alone.y[1, 0]
-
-
-def test_projection_acts_after_every_step_and_its_evaluations_are_counted() -> None:
-    calls = []
-
-    def project(y: np.ndarray) -> np.ndarray:
-        calls.append(y)
-        return y / np.linalg.norm(y)
-
+def test_projection_acts_after_every_step() -> None:
     def turn(t: float, y: np.ndarray) -> np.ndarray:
         return np.array([-y[1], y[0]])
 
     free, held = (
-        integrate(turn, np.array([1.0, 0.0]), np.array([0.0, 20.0]), np.full(2, 1e-5), project=p)
-        for p in (None, project)
+        integrate(turn, np.array([1.0, 0.0]), np.array([0.0, 20.0]), np.full(2, 1e-5), project=project)
+        for project in (None, lambda y: y / np.linalg.norm(y))
     )
-    assert len(calls) == held.steps
     assert held.evaluations > free.evaluations + held.steps // 2
     assert abs(np.linalg.norm(held.y[-1]) - 1.0) < abs(np.linalg.norm(free.y[-1]) - 1.0)
 
@@ -363,27 +271,3 @@ def test_what_is_not_finite_raises_and_does_not_hang(where: str) -> None:
     start = np.array([np.nan if where == "state" else 1.0])
     with pytest.raises(ArithmeticError, match=r"not finite|failed at"):
         integrate(rhs, start, TIMES, np.full(1, 1e-10))
-
-
-@pytest.mark.parametrize("field", ["com_m", "angle_rad", "rate_rad_s"])
-def test_a_nan_in_a_chains_state_raises(field: str) -> None:
-    scene = load_scene("paper/fig13")
-    s, model = initial_state(scene), chain_model(scene)
-    parts = {name: getattr(s, name).copy() for name in ("com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s")}
-    parts[field][0] = np.nan
-    with pytest.raises(ArithmeticError, match="not finite"):
-        Simulation(model, **parts, rtol=1e-8).integrate(np.linspace(0.0, 100.0, 3))
-
-
-def test_the_law_is_continuous_to_its_second_derivative() -> None:
-    law = Prescription(0, (BarTurn(0.8, 60.0, 10.0),), frame="inertial", reacts_on=None)
-    assert [law.angle_rad(t) for t in (0.0, 10.0, 70.0, 99.0)] == pytest.approx([0.0, 0.0, 0.8, 0.8], abs=1e-15)
-    for t in (10.0, 70.0):
-        assert law.rate_rad_s(t) == pytest.approx(0.0, abs=1e-16)
-        assert law.acceleration_rad_s2(t) == pytest.approx(0.0, abs=1e-17)
-    h = 1e-4
-    for t in (15.0, 40.0, 66.0):  # differences of second order: h² times the fourth derivative at most
-        slope = (law.angle_rad(t + h) - law.angle_rad(t - h)) / (2 * h)
-        assert law.rate_rad_s(t) == pytest.approx(slope, abs=1e-10)
-        bend = (law.rate_rad_s(t + h) - law.rate_rad_s(t - h)) / (2 * h)
-        assert law.acceleration_rad_s2(t) == pytest.approx(bend, abs=1e-10)

@@ -4,10 +4,7 @@ What is asked of a law is a small residual, and of two answers that their differ
 `roundoff` derives both bounds.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -17,6 +14,7 @@ from hypothesis import strategies as st
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.kernel.simulate import KernelSimulation
 from reference_impl.model import absolute, relative
+from reference_impl.model.arrays import Array
 from reference_impl.model.chain import BarTurn, Prescription
 from reference_impl.model.complex_vectors import as_vectors, unit_along
 from reference_impl.model.invariants import (
@@ -32,9 +30,6 @@ from tests.reference.laws import LAWS
 from tests.support.arbiter import field as exact_field
 from tests.support.compiled_evaluation import compiled_accelerations
 from tests.support.joint_roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
-
-if TYPE_CHECKING:
-    from reference_impl.model.arrays import Array
 
 
 def cases(laws: tuple[Prescription, ...] = ()) -> st.SearchStrategy[Case]:
@@ -65,7 +60,7 @@ def accelerations(c: Case) -> Accelerations:
     return evaluate(c.model, 25.0, c.state)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(c=cases())
 def test_newton_holds_bar_by_bar(c: Case) -> None:
     """m d'' = tide + reactions, with the tide subtracted in fifty digits."""
@@ -76,7 +71,7 @@ def test_newton_holds_bar_by_bar(c: Case) -> None:
     assert np.all(residual <= U * ((C + c.model.bars) * size.tide + 4.0 * size.pull) + decimals)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(c=cases())
 def test_euler_holds_bar_by_bar(c: Case) -> None:
     """J theta'' = torque of gravity + lever of the reactions; 3 n² of each radius bounds the first."""
@@ -89,7 +84,7 @@ def test_euler_holds_bar_by_bar(c: Case) -> None:
     assert np.all(np.abs(a.angle_rad_s2 - torque - lever) <= C * U * size.angular)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(c=cases())
 def test_joints_hold_in_acceleration(c: Case) -> None:
     a, m = accelerations(c), c.model
@@ -99,7 +94,7 @@ def test_joints_hold_in_acceleration(c: Case) -> None:
     assert np.all(np.linalg.norm(opening, axis=1) <= joint_bound(c, a))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(c=cases())
 def test_internal_forces_move_no_centre_of_mass(c: Case) -> None:
     """Sum mu_j d_j'' = 0 (6), and the centre's acceleration is the mean field's: the sum of all forces."""
@@ -110,7 +105,7 @@ def test_internal_forces_move_no_centre_of_mass(c: Case) -> None:
     assert np.linalg.norm(a.com_m_s2 - mean) <= (C + m.bars) * U * (np.linalg.norm(mean) + size.tide)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(c=cases())
 def test_relative_and_absolute_formulations_agree(c: Case) -> None:
     """To the absolute one's round-off, u n² r in each bar's gravity, taken through the joints."""
@@ -148,7 +143,7 @@ def power_and_torque(c: Case, a: Accelerations) -> tuple[float, float, float, fl
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(c=cases().filter(lambda c: c.model.gravity != "gradient"))
 def test_reactions_do_no_work_and_turn_nothing(c: Case) -> None:
     """dE/dt and dL/dt less gravity's work and moment vanish, without gravity and with point gravity."""
@@ -157,7 +152,7 @@ def test_reactions_do_no_work_and_turn_nothing(c: Case) -> None:
     assert abs(torque) <= torque_bound
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(c=cases().filter(lambda c: c.model.gravity == "point"))
 def test_angular_momentum_about_the_body_is_constant(c: Case) -> None:
     """Central forces: M Z0 x Z0'' + sum m d x d'' + sum J theta'' = 0, all of it."""
@@ -169,7 +164,7 @@ def test_angular_momentum_about_the_body_is_constant(c: Case) -> None:
     assert abs(whole + rest) <= bound + main
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(c=cases(), turn=st.floats(-3.0, 3.0))
 def test_turning_everything_turns_the_answer(c: Case, turn: float) -> None:
     """To the round-off of turned inputs: angles u |theta|, places u d, taken through the joints."""
@@ -236,7 +231,7 @@ def torque_terms(c: Case, a: Accelerations) -> Array:
 
 
 @pytest.mark.parametrize("name", LAWS)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(data=st.data())
 def test_prescribed_bars_follow_their_laws(name: str, data: st.DataObject) -> None:
     c = data.draw(driven_cases(name))
@@ -257,7 +252,7 @@ def test_prescribed_bars_follow_their_laws(name: str, data: st.DataObject) -> No
 
 
 @pytest.mark.parametrize("name", LAWS)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(data=st.data())
 def test_torques_from_outside_change_angular_momentum_by_themselves_and_motors_do_not(name: str, data) -> None:
     """dL/dt is the sum of the outside torques; dE/dt the torques' work at their bars' (relative) rates."""
@@ -311,18 +306,9 @@ def test_a_motor_that_loses_its_grip_stops_the_run_with_a_reason() -> None:
         run.integrate(np.linspace(0.0, 100.0, 3))
 
 
-def test_a_single_bar_has_no_reactions_and_a_driven_one_is_turned_by_its_torque_alone() -> None:
-    law = (Prescription(0, (BarTurn(0.8, 60.0, 0.0),), frame="inertial", reacts_on=None),)
-    c = case(5, 1, "none", 0.0, law)
-    a = accelerations(c)
-    assert a.reaction_N.shape == (0, 2)
-    assert a.torque_N_m[0] == pytest.approx(c.model.inertia_kg_m2[0] * law[0].acceleration_rad_s2(25.0), rel=4 * U)
-    assert a.angle_rad_s2[0] == pytest.approx(law[0].acceleration_rad_s2(25.0), rel=4 * U)
-
-
 def test_a_chain_that_double_precision_cannot_tell_apart_says_so() -> None:
     """A bar 1e20 times lighter than its neighbours that no lever turns: its two joints become one."""
     c = case(3, 3, "none", 0.0)
     model = replace(c.model, mass_kg=np.array([1e20, 1.0, 1e20]), inertia_kg_m2=np.full(3, 1e40))
     with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
-        relative.accelerations(model, 0.0, c.state)  # compiled, it is solved: see test_reference_fast
+        relative.accelerations(model, 0.0, c.state)  # compiled, it is solved

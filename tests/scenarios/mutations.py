@@ -1,53 +1,35 @@
 """Mutations of a scene file: each key with each wild value, lines and bytes changed; the same in each session."""
 
-from __future__ import annotations
-
 import random
 import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from scenarios import load
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 SOURCES = ("basics/libration", "paper/fig17", "effects/drag", "effects/thrust", "effects/solar_pressure", "hard/whip")
 WILD = (
     "nan",
     "inf",
-    "-inf",
     "1e308",
-    "-1e308",
-    "1e-308",
-    "1e309",
     "0",
-    "-0.0",
-    "-1",
     "1",
     "2.5",
-    "10",
     "9" * 30,
     "9" * 5000,
     "0x" + "f" * 300,
     "true",
-    "false",
     '""',
     '"1.0"',
-    "'nan'",
-    '"=1+1"',
     '"\\u202e"',
     '"\\u0000"',
     '"' + "a" * 20_000 + '"',
     "[]",
-    "[[]]",
     "[nan]",
     "[1.0, 2.0]",
     "[1.0, 'a']",
-    "{}",
     "{a = 1}",
     "1979-05-27",
-    "07:32:00",
     "[" * 3000 + "]" * 3000,
     "[" + "1.0," * 50_000 + "]",
     "é",
@@ -55,15 +37,11 @@ WILD = (
 )
 EXTRA = (
     "x = 1",
-    "'' = 1",
     '"a\\u202eb" = 1',
     "a" * 50_000 + " = 1",
     "a" + ".b" * 3000 + " = 1",
     "[x]",
-    "[[x]]",
-    "[effects.x]",
     "title = 'again'",
-    "[orbit]",
     "=",
     "\0",
     "\ufeff",

@@ -1,17 +1,14 @@
 """The table of channels: its columns are those of tables that exist, and each row stands for an array."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 
 import numpy as np
-import pytest
 
-from adapters.trajectory import Observable, Trajectory, from_frame, to_frame
+from adapters.trajectory import Trajectory, from_frame, to_frame
 from pictures.paths import DOCS
 from scenarios import load_scene
-from scenarios.channels import CHANNELS, COMPARED, STORED, TABLE, Of, numbered_part
+from scenarios.channels import CHANNELS, COMPARED, STORED, numbered_part
 
 SCENE = load_scene("effects/slews")
 
@@ -25,10 +22,6 @@ def filled(samples: int = 3) -> Trajectory:
 def test_every_array_of_a_trajectory_is_a_channel() -> None:
     arrays = {f.name for f in dataclasses.fields(Trajectory) if str(f.type).startswith("Array")}
     assert arrays == {"t_s", *(channel.array for channel in STORED)}
-
-
-def test_engines_declare_the_observables_of_the_table() -> None:
-    assert {channel.observable for channel in TABLE} - {""} == {str(observable) for observable in Observable}
 
 
 def test_every_channel_comes_back_from_its_columns() -> None:
@@ -49,21 +42,6 @@ def test_columns_have_the_order_that_files_have() -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("column", "part"),
-    [
-        ("angle_12_rad", ("angle_{}_rad", 12)),
-        ("reaction_1_x_N", ("reaction_{}_x_N", 1)),
-        ("torque_bar_3_N_m", ("torque_bar_{}_N_m", 3)),
-        ("com_x_m", None),
-        ("angle_rad", None),
-        ("angle_1", None),
-    ],
-)
-def test_a_numbered_column_has_a_pattern_and_a_number(column: str, part: tuple[str, int] | None) -> None:
-    assert numbered_part(column) == part
-
-
 def test_a_scene_without_an_effect_lacks_its_channels() -> None:
     quiet = load_scene("paper/fig05")
     assert CHANNELS["torque"].names(SCENE)
@@ -78,9 +56,3 @@ def test_every_compared_channel_has_its_section_of_the_conventions() -> None:
         re.sub(r"[^\w -]", "", h).lower().replace(" ", "-") for h in re.findall(r"^#+ (.*)$", page, re.MULTILINE)
     }
     assert not {channel.section for channel in COMPARED} - headings
-
-
-def test_numbered_channels_count_bars_joints_or_laws() -> None:
-    assert {channel.of for channel in TABLE if any("{}" in stem for stem in channel.stems)} <= {
-        Of.BARS, Of.JOINTS, Of.LAWS,
-    }  # fmt: skip

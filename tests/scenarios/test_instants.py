@@ -1,22 +1,13 @@
 """Instants next to a sample are on it, bit for bit; no shipped scene is another one for that."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
 import pytest
 
-from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ENGINES
-from scenarios import load_scene
+from scenarios import Scene, load_scene
 from scenarios.load import SceneError, parse_scene
 from scenarios.toml import alignment as instants
 from tests.support.scene_lists import ALL
 from tests.support.slow import one_in
-
-if TYPE_CHECKING:
-    from scenarios import Scene
 
 CHAIN = """title = "t"
 source = "s"
@@ -84,12 +75,6 @@ def test_ends_of_a_rotation_that_rounding_alone_keeps_off_stay() -> None:
     assert thrust.times_s == (sample, 1000.0)
 
 
-def test_a_span_added_to_its_start_gives_its_end_bit_for_bit() -> None:
-    rng = np.random.default_rng(5)
-    for start, more in rng.uniform(0.0, 1e3, (500, 2)).tolist():
-        assert start + instants.span(start, start + more) == start + more
-
-
 @pytest.mark.parametrize(
     ("effects", "words"),
     [
@@ -109,19 +94,3 @@ def test_two_instants_next_to_one_sample_are_rejected_in_one_line(effects: str, 
     message = str(rejected.value)
     assert len(message.splitlines()) == 1
     assert all(word in message for word in words), message
-
-
-@pytest.mark.exhaustive
-@pytest.mark.skipif(bool(ENGINES["heyoka"].missing), reason="heyoka is not installed")
-def test_engines_agree_at_samples_that_ten_digits_put_a_jump_next_to() -> None:
-    """In units of the largest of each: an rtol of 1e-13 a step, some hundred steps, ten times as much for reactions."""
-    scene = scene_of(
-        THRUST + "force_N = 1.0\nstart_s = 285.714285714\nduration_s = 285.714285714\n" + IMPULSE + "at_s = 428.5714285"
-    )
-    runs: list[Any] = [
-        ENGINES[name].load()().run(scene, Setting(AccuracyParameter.RTOL, rtol))
-        for name, rtol in (("reference", 1e-13), ("heyoka", 1e-15))
-    ]
-    for channel in ("com_velocity_m_s", "rate_rad_s", "reaction_N", "impulse_N_s"):
-        a, b = (getattr(run, channel) for run in runs)
-        assert np.abs(a - b).max() < 1e-10 * np.abs(b).max(), channel

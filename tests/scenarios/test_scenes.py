@@ -39,11 +39,6 @@ def test_every_shipped_scene_loads_passes_the_checks_and_closes_its_joints():
         assert check_scene(scene) is scene
 
 
-def test_the_papers_scenes_are_all_there():
-    wanted = {f"paper/fig{n}" for n in ("05", "09", "13", "15", "17", "05_bar_horizontal", "17_inertial")}
-    assert wanted <= set(scene_names())
-
-
 def test_scalars_are_repeated_and_lists_taken_bar_by_bar():
     chain = parse_scene(GOOD, name="x", file="x.toml").chain
     assert chain.mass_kg == (100.0,) * 3
@@ -83,37 +78,19 @@ def test_a_bar_held_to_its_local_horizontal_starts_at_the_rate_of_its_own_longit
     ("change", "words"),
     [
         (("bars = 3", "bars = 0"), ["x.toml", "chain.bars", "0 given", "at least 1"]),
-        (("mass_kg = 100.0", "mass_kg = -1.0"), ["chain.mass_kg", "-1.0 given", "greater than 0"]),
         (("mass_kg = 100.0", "mass_kg = [1.0, 2.0]"), ["chain.mass_kg", "one value per bar: 3"]),
         (("mass_kg = 100.0", "mass_kg = [1.0, nan, 1.0]"), ["chain.mass_kg[2]", "nan given", "finite"]),
-        (("[run]", "centre_m = [[0.0, nan], [1.0, 1.0], [2.0, 2.0]]\n[run]"), ["chain.centre_m[1][2]", "nan given"]),
         (("mass_kg = 100.0", 'mass_kg = "heavy"'), ["chain.mass_kg", "'heavy' given", "a number without quotes"]),
         (("mass_kg = 100.0", "mas_kg = 100.0"), ["chain.mas_kg", "unknown key", "did you mean mass_kg?"]),
-        (
-            ("altitude_m = 350e3", "altitude_m = -7e6"),
-            ["orbit.altitude_m", "-7000000.0 given", "greater than 0"],
-        ),
         (("altitude_m = 350e3", "altitude_m = 50.0"), ["orbit.altitude_m", "chain of 60 m", "surface"]),
-        (("altitude_m = 350e3", "altitude_m = nan"), ["orbit.altitude_m", "nan given", "finite"]),
-        (("[orbit]", "[orbits]"), ["orbits", "unknown key", "did you mean orbit?"]),
         (("orbits = 1.0", "orbits = 1.0\nduration_s = 5.0"), ["run", "exactly one of orbits, duration_s"]),
-        (("orbits = 1.0", "samples = 11"), ["run", "exactly one of orbits, duration_s"]),
-        (("orbits = 1.0", "orbits = 1.0\nsamples = 1"), ["run.samples", "1 given", "2"]),
         (
             ("altitude_m = 350e3", "altitude_m = 350e3\nspeed_factor = 1.5"),
             ["run.orbits", "not bound", "sqrt(2)"],
         ),
         (
-            ("[run]", '[effects]\ngravity = "gradiant"\n[run]'),
-            ["effects.gravity", "'gradiant'", "did you mean gradient?"],
-        ),
-        (
             ("[run]", "[effects]\ndragg = true\n[run]"),
             ["effects.dragg", "unknown key", "did you mean drag?", "allowed here: gravity"],
-        ),
-        (
-            ("altitude_m = 350e3", "altitude_m = 350e3\neccentricity = 0.1"),
-            ["orbit: altitude_m and eccentricity are of different forms", "altitude_m (with speed_factor"],
         ),
         (
             ("altitude_m = 350e3", "altitude_m = 350e3\nperigee_altitude = 300e3"),
@@ -136,11 +113,14 @@ def test_a_wrong_scene_is_rejected_with_the_key_what_was_given_and_what_is_allow
     [
         (["bar = 4"], ["bar: 4 given, allowed: 1 to 3"]),
         (["bar = 1", "bar = 1"], ["bar 1 is turned by another table from 0 to 60 s", "one turn after the other"]),
-        (['bar = 1\nactuator = "joint"', 'bar = 2\nactuator = "joint"'], ["joint 1 would carry two motors"]),
         (['bar = 1\nframe = "local"'], ["frame", "'local' given", "local_horizontal"]),
         (['bar = 1\nframe = "previous_bar"'], ["needs a bar before it"]),
         (['bar = 2\nframe = "previous_bar"\nactuator = "external"'], ["angle of a joint", "external"]),
         (['bar = 2\nframe = "previous_bar"', 'bar = 1\nactuator = "joint"'], ["joint 1 would carry two motors"]),
+        (
+            ['bar = 2\nframe = "previous_bar"', "bar = 2\nstart_s = 60.0"],
+            ['a law already, with frame = "previous_bar"'],
+        ),
     ],
 )
 def test_prescriptions_that_conflict_are_rejected(rotations, words):
@@ -151,27 +131,31 @@ def test_prescriptions_that_conflict_are_rejected(rotations, words):
     assert all(word in message for word in words), message
 
 
+@pytest.mark.parametrize(
+    ("given", "fault"),
+    [
+        ("times_s = [20.0, 70.0]", "give lists as both times_s and angle_deg"),
+        ("times_s = [20.0, 70.0]\nangle_deg = [5.0, 40.0]", "5 given first, allowed: 0"),
+        ("times_s = [20.0, 70.0]\nangle_deg = [0.0, 40.0]\nstart_s = 3.0", "start_s is given beside a table"),
+        ("times_s = [70.0, 20.0]\nangle_deg = [0.0, 40.0]", "times_s must increase"),
+        ("duration_s = 50.0", "amplitude_deg is missing"),
+    ],
+)
+def test_a_law_without_its_table_is_rejected(given, fault):
+    assert fault in rejected(f"{GOOD}[[effects.prescribed_rotation]]\nbar = 2\n{given}\n")
+
+
 WRONG_EFFECTS = {
-    "[effects.oblateness]\nj2 = nan": ["effects.oblateness.j2", "nan given", "finite"],
-    "[effects.oblateness]\nJ2 = 1e-3": ["effects.oblateness.J2", "unknown key", "did you mean j2?"],
     "[effects]\ngravity = \"none\"\n[effects.oblateness]": ["effects.oblateness", "does not pull", "with gravity"],
-    "[[effects.third_body]]\nbody = \"mars\"": ["effects.third_body[1].body", "'mars' given", "'moon'"],
     "[[effects.third_body]]\nbody = \"other\"": ["effects.third_body[1]", "mu_m3_s2 and distance_m"],
     "[[effects.third_body]]\ndistance_m = 1e6": ["effects.third_body[1].distance_m", "1e+06 given", "more than"],
     "[effects.drag]\naltitude_m = 0.0\nscale_height_m = 5e4\nwidth_m = 1.0": ["effects.drag.density_kg_m3", "missing"],
-    "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 3e5\nscale_height_m = -5e4\nwidth_m = 1.0": [
-        "effects.drag.scale_height_m", "-50000.0 given", "greater than 0",
-    ],
     "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 3e5\nscale_height_m = 5e4\nwidth_m = [1.0]": [
         "effects.drag.width_m", "1 values given", "one value per bar: 3",
-    ],
-    "[effects.solar_pressure]\nwidth_m = 1.0\nreflectivity = 1.5": [
-        "effects.solar_pressure.reflectivity", "1.5 given", "at most 1",
     ],
     "[effects.joint_spring_damper]\nstiffness_N_m_rad = [1.0, 2.0, 3.0]": [
         "effects.joint_spring_damper.stiffness_N_m_rad", "3 values given", "one value per joint: 2",
     ],
-    "[effects.joint_spring_damper]\ndamping_N_m_s_rad = -1.0": ["damping_N_m_s_rad", "-1.0 given", "at least 0"],
     "[[effects.thrust]]\nbar = 7\ndirection_deg = 0.0\nforce_N = 1.0": ["effects.thrust[1].bar", "7 given", "1 to 3"],
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]\ntimes_s = [5.0, 5.0]": [
         "effects.thrust[1]", "must increase",
@@ -179,7 +163,6 @@ WRONG_EFFECTS = {
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]": [
         "effects.thrust[1]", "force_N and times_s",
     ],
-    "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\nend = \"top\"": ["end", "'top' given", "'left'"],
     "[[effects.impulse]]\nbar = 1\ndirection_deg = 0.0\nimpulse_N_s = 1.0\nat_s = 1e9": [
         "effects.impulse[1].at_s", "1e+09 given", "before the end of the run",
     ],
@@ -188,9 +171,6 @@ WRONG_EFFECTS = {
     ],
     "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = [1.0, 2.0]\ntimes_s = [200.0, 300.0]": [
         "effects.thrust[1].times_s", "begins at 200 s",
-    ],
-    "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 1.0\ntimes_s = 5.0": [
-        "effects.thrust[1].times_s: 5.0 given", "valid list",
     ],
     "[effects.drag]\ndensity_kg_m3 = 1e-11\naltitude_m = 350.0\nscale_height_m = 50.0\nwidth_m = 0.1": [
         "effects.drag", "altitude_m = 350 m", "starts at 350000 m", "6.99e+03 times", "above it", "at most 30 times",
@@ -204,6 +184,11 @@ WRONG_EFFECTS = {
     "[effects.joint_spring_damper]\nrest_deg = 3.0": [
         "effects.joint_spring_damper", "give stiffness_N_m_rad, damping_N_m_s_rad, or both",
     ],
+    "[[effects.joint_torque]]\njoint = 3\ntorque_N_m = 1.0": ["joint_torque[1].joint: 3 given, allowed: 1 to 2"],
+    "[[effects.joint_torque]]\njoint = 1\ntorque_N_m = [1.0]": ["lists as both torque_N_m and times_s"],
+    "[effects.joint_spring_damper]\nstiffness_N_m_rad = 1.5" + 2 * (
+        "\n[[effects.joint_spring_damper.set_point]]\njoint = 1\ntimes_s = [1.0, 2.0]\nangle_deg = [0.0, 1.0]"
+    ): ["1 has a set point already"],
     "[effects]\noblateness = true": ["effects.oblateness: true given", "a table, write [effects.oblateness]"],
     "[effects.third_body]\nbody = \"moon\"": ["effects.third_body: one table given", "write [[effects.third_body]]"],
     "[[effects.drag]]\nwidth_m = 1.0": ["effects.drag", "a table, write [effects.drag]"],
@@ -227,21 +212,9 @@ def test_a_wrong_effect_is_rejected_in_one_readable_line(effects):
 def test_a_misspelt_scene_name_suggests_the_nearest():
     with pytest.raises(SceneError, match=r"did you mean paper/fig05\?"):
         load_scene("paper/fig5")
-    for given, name in (("drag", "effects/drag"), ("efects/drag", "effects/drag"), ("fig05", "paper/fig05")):
-        with pytest.raises(SceneError, match=rf"did you mean {name}\?"):
+    for given, said in (("drag", r"mean effects/drag\?"), ("effects/foo", "`barchain scenes` lists all scenes")):
+        with pytest.raises(SceneError, match=said):
             load_scene(given)
-
-
-def test_a_scene_name_that_is_near_none_is_told_how_to_see_them_all():
-    with pytest.raises(SceneError) as error:
-        load_scene("effects/foo")
-    assert str(error.value) == ("effects/foo: no such scene; `barchain scenes` lists all scenes, or give a file's path")
-
-
-def test_zero_stiffness_that_is_written_is_a_joint_without_a_spring():
-    springs = load_scene("hard/springs_zero").effects.joint_spring_damper
-    assert springs is not None
-    assert springs.stiffness_N_m_rad == springs.damping_N_m_s_rad == (0.0, 0.0)
 
 
 def test_the_command_line_rejects_a_wrong_scene_in_one_line_with_exit_code_2(tmp_path, capsys):
@@ -273,9 +246,3 @@ def test_all_faults_between_tables_are_told_at_once_and_one_of_several_bars_stan
         ["x.toml", "effects.thrust[1].bar"],
         ["x.toml", "effects.drag.width_m"],
     ]
-
-
-def test_a_misspelt_scene_file_suggests_the_nearest_beside_it(tmp_path):
-    (tmp_path / "pair.toml").write_text("", "utf-8")
-    with pytest.raises(SceneError, match=r"pare.toml: no such file \(did you mean .*pair.toml\?\)"):
-        load_scene(tmp_path / "pare.toml")
