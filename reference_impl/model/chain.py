@@ -52,16 +52,6 @@ class BarTurn:
         x = math.pi * s
         return self.amplitude_rad / 16.0 * (math.cos(3.0 * x) - 9.0 * math.cos(x) + 8.0)
 
-    def rate_rad_s(self, t_s: float) -> float:
-        """First derivative."""
-        if self.spline_rad:
-            return self._spline(t_s, 1)
-        s = self._progress(t_s)
-        if self.quintic:
-            return self.amplitude_rad / self.duration_s * 30.0 * (s * (1.0 - s)) ** 2
-        x, w = math.pi * s, math.pi / self.duration_s
-        return self.amplitude_rad / 16.0 * w * (9.0 * math.sin(x) - 3.0 * math.sin(3.0 * x))
-
     def acceleration_rad_s2(self, t_s: float) -> float:
         """Second derivative, continuous; zero at both ends but those of a piece of a spline."""
         if self.spline_rad:
@@ -100,10 +90,6 @@ class Prescription:
     def angle_rad(self, t_s: float) -> float:
         """Angle since the start of the law."""
         return sum(turn.angle_rad(t_s) for turn in self.turns)
-
-    def rate_rad_s(self, t_s: float) -> float:
-        """First derivative of the law."""
-        return sum(turn.rate_rad_s(t_s) for turn in self.turns)
 
     def acceleration_rad_s2(self, t_s: float) -> float:
         """Second derivative of the law."""
