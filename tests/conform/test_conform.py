@@ -79,6 +79,7 @@ TOLD = [
     ("IgnoresSetting", "accuracy", "errors inside the bound", ["times the bound at rtol=1e-"]),
     ("Noisy", "two_bars_free", "two bars free", ["declared noise of 1e+06 N is larger than the reactions"]),
     ("SingleState", "accuracy", "errors fall with the setting", ["Single precision inside an engine"]),
+    ("KeepsModel", "", "one bar gradient", ["depends on the runs before it"]),
     ("Landed", "", "a first run", ["ended after 3 of 81 samples (a bar reached the surface), though no bar lands"]),
 ]
 """Engines that the slow tests examine, or a part of them; a check that fails, and its words"""
@@ -93,7 +94,6 @@ TOLD_LATER = [
      ["seeds NumPy's global random", "seeds Python's global random", "sets MY_THREADS in later runs"]),
     ("Random", "behaviour", "same bits again", ["differ"]),
     ("OneBuffer", "", "arrays of its own", ["angle_rad"]),
-    ("KeepsModel", "", "one bar gradient", ["depends on the runs before it"]),
     ("Empty", "", "a first run", ["returned no samples; the first, at t = 0, is always there"]),
 ]  # fmt: skip
 

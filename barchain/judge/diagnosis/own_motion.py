@@ -151,7 +151,8 @@ class OwnMotion:
 
         Their sums over intervals may tell less than they do at the samples.
         """
-        if not f.explains or not f.alone or f.scene is None or self.given.reaction_N is None:
+        reactions = self.given.reaction_N
+        if not f.explains or not f.alone or f.scene is None or reactions is None or not reactions.size:
             return f
         scenes = (dataclasses.replace(scene, run=self.given_scene.run) for scene in (f.scene, self.given_scene))
         here, right = (differences(self.given, with_right_reactions(s, self.given))["reaction"] for s in scenes)
