@@ -94,6 +94,7 @@ WORKERS: Kind = (
     lambda given: given is None or (is_number(given) and isinstance(given, numbers.Integral) and int(given) > 0),
     "a whole number above 0, or None for all cores",
 )
+REPETITION: Kind = lambda given: type(given) is int and given >= 0, "a whole number, 0 or more"
 AMOUNT: Kind = lambda given: is_number(given) and given > 0, "a number above 0"
 SWITCH: Kind = lambda given: isinstance(given, int) and given in (0, 1), "True or False"
 FOLDER: Kind = lambda given: isinstance(given, (str, os.PathLike)), "a folder's path"

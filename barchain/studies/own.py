@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from adapters.registry import find_engine
+from barchain.arguments import REPETITION, SECONDS, check
 from barchain.runs.cases import run_cases
 from barchain.runs.choices import choose_setting
 from barchain.runs.executors import ALL_CORES
@@ -71,7 +72,11 @@ def asked_run(
     ------
     SceneError, UnknownEngineError, SettingError
         If the scene, the engine or the setting does not exist.
+    ArgumentError
+        If another argument is of a wrong type.
     """
+    check(REPETITION, repetition=repetition)
+    check(SECONDS, time_limit_s=time_limit_s)
     loaded = check_scene(scene) if isinstance(scene, Scene) else load_scene(scene)
     job = Job(loaded, engine, find_engine(engine), choose_setting(engine, setting), Role.MAIN)
     return run_task(job, limit_of(job, time_limit_s), repetition=repetition)

@@ -9,10 +9,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-from scenarios import JointTorque, Scene, load_scene
-from tests.diagnosis.planting import diagnosis_of_scene
+from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
+from scenarios import JointTorque, Scene, change_scene, load_scene
+from tests.diagnosis.planting import RTOL, diagnosis_of_scene, verdict_on
 from tests.support.kernel import needs_kernel
 from tests.support.slow import one_in, rows
+from tests.support.solutions import run, solution_of
 
 pytestmark = needs_kernel
 SCENE = load_scene("conform/joint_set_point")
@@ -38,7 +40,9 @@ def control(
     assert old is not None
     new = dataclasses.replace(old, stiffness_N_m_rad=k, damping_N_m_s_rad=c)
     motor = JointTorque(JOINT, tuple(times_s), tuple(map(float, torque)))
-    effects = dataclasses.replace(scene.effects, joint_spring_damper=new, joint_torque=(motor,))
+    effects = dataclasses.replace(
+        scene.effects, joint_spring_damper=new, joint_torque=(motor, *scene.effects.joint_torque[1:])
+    )
     return dataclasses.replace(scene, effects=effects)
 
 
@@ -76,3 +80,35 @@ def test_a_set_point_that_does_not_move_is_no_missing_motor() -> None:
     said = str(diagnosis_of_scene(SCENE, still))
     assert "moving set point is missing" in said
     assert "motor" not in said
+
+
+OWN_MOTOR = change_scene(
+    SCENE, {"effects": {"joint_torque": [{"joint": JOINT, "times_s": [200.0, 700.0], "torque_N_m": [2.0, -1.0]}]}}
+)
+"""The joint with the set point has a motor of the file, too"""
+
+
+def test_a_motor_beside_a_set_point_in_one_joint_is_told_from_it() -> None:
+    def without_motor(scene: Scene) -> Scene:
+        kept = scene.effects.joint_torque[:1]
+        return dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, joint_torque=kept))
+
+    said = str(diagnosis_of_scene(OWN_MOTOR, without_motor))
+    assert "motor in joint 2 is missing" in said
+    assert "set point" not in said
+    without_rate = partial(control, springs=RIGHT, dampers=RIGHT, rate=0.0)
+    assert "rates of the set points are missing" in str(diagnosis_of_scene(OWN_MOTOR, without_rate))
+
+
+def test_a_file_whose_every_interval_is_beside_a_jump_is_judged_by_other_means() -> None:
+    """No interval has a balance of momenta then."""
+    table = {"joint": JOINT, "times_s": [20.0, 60.0, 120.0, 180.0], "torque_N_m": [1.0, 2.0, 0.5, 1.0]}
+    changes = {"joint_torque": [table], "joint_spring_damper": {"set_point": None}}
+    few = change_scene(SCENE, {"effects": changes, "run": {"duration_s": 240.0, "samples": 13}})
+    springs = few.effects.joint_spring_damper
+    assert springs is not None
+    twice = dataclasses.replace(springs, damping_N_m_s_rad=tuple(2.0 * c for c in springs.damping_N_m_s_rad))
+    wrong = dataclasses.replace(few, effects=dataclasses.replace(few.effects, joint_spring_damper=twice))
+    main, solved = run(wrong, RTOL), solution_of(few)
+    verdict = verdict_on(main, run(wrong, 0.1 * RTOL), solved)
+    assert "damping of all joints is twice the right value" in str(diagnosis_of_verdict(verdict, main, solved))

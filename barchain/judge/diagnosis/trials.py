@@ -18,6 +18,7 @@ from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.mean_elements import by_mean_elements
+from barchain.judge.diagnosis.motion.changed_loads import motors_words, set_point_of_motor
 from barchain.judge.diagnosis.motion.numbers import ANGLE, FACTOR, Number, body_words, numbers
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT
@@ -56,10 +57,6 @@ EACH_STRENGTH = {
     "impulse": ("impulse_N_s", "impulse{}"),
 }  # fmt: skip
 """The same of effects that it may have several times"""
-ALL_STRENGTHS = {
-    "third_body": "the pull of all third bodies", "joint_torque": "the torque of all joints' motors",
-}  # fmt: skip
-"""Nouns of the strengths of all effects of a kind, where these are no forces"""
 SAME = 1e-13
 """Relative difference of two starts that rounding leaves"""
 MOST_RATE = 100.0
@@ -292,11 +289,17 @@ def strengths(scene: Scene) -> Iterator[Number]:
         for k in range(len(given)):
             which = bodies[k] if effect == "third_body" or len(given) > 1 else ""
             which = f" in joint {given[k].joint}" if effect == "joint_torque" else which
+            subject = f"the {noun.format(which)}"
+            if effect == "joint_torque" and set_point_of_motor(scene, k):
+                subject = f"the torque of the moving set point{which}"
             name, path = f"{effect}-{k + 1}-{field}", ("effects", effect, k, field)
-            yield Number(name, f"the {noun.format(which)}", LOADS, scene, (path,))
+            yield Number(name, subject, LOADS, scene, (path,))
         if len(given) > 1:
             every = tuple(("effects", effect, k, field) for k in range(len(given)))
-            subject = ALL_STRENGTHS.get(effect, f"the force of all {effect}s")
+            subject = {
+                "third_body": "the pull of all third bodies",
+                "joint_torque": f"the torque of all {motors_words(scene)}",
+            }.get(effect, f"the force of all {effect}s")
             yield Number(f"{effect}s-{field}", subject, LOADS, scene, every)
 
 

@@ -53,7 +53,7 @@ def motion_of(t: Trajectory) -> Motion | None:
 
 def real(vectors: ComplexArray) -> Array:
     """Components of complex vectors (n, k), (n, 2k)."""
-    return np.stack([vectors.real, vectors.imag], axis=-1).reshape(len(vectors), -1)
+    return np.stack([vectors.real, vectors.imag], axis=-1).reshape(len(vectors), 2 * vectors.shape[-1])
 
 
 class Balance:

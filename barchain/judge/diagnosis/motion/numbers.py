@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.changed_loads import moved_joints
+from barchain.judge.diagnosis.motion.changed_loads import motors_words, moved_joints, set_point_of_motor
 from barchain.judge.diagnosis.motion.words import BODIES, LOADS, NICE, factor_words, near_one, nice_factor
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
@@ -92,7 +92,7 @@ EFFECTS: dict[str, tuple[tuple[str, str, str], ...]] = {
 """Numbers of effects: field, noun, and what is fitted"""
 OWNERS = {
     "third_body": ("", "third bodies"), "prescribed_rotation": ("prescribed rotation", "prescribed rotations"),
-    "joint_torque": ("motor", "joints' motors"),
+    "joint_torque": ("motor", ""),
 }  # fmt: skip
 """Nouns of an effect of which a scene may have several, where they are not its name"""
 PLACES = {"joint_spring_damper": "joint", "drag": "bar", "solar_pressure": "bar"}
@@ -241,12 +241,12 @@ def numbers(scene: Scene) -> Iterator[Number]:
         mu = ("central_body", "mu_m3_s2")
         yield Number("gravitational-parameter", "the gravitational parameter", "orbit", scene, (mu,))
     yield from of_chain(scene)
-    moved = moved_joints(scene)
     for effect, fields in EFFECTS.items():
         given = getattr(scene.effects, effect)
         if given is None or given == ():
             continue
         one, every = OWNERS.get(effect, (effect, f"{effect}s"))
+        every = motors_words(scene) if effect == "joint_torque" else every
         paths: tuple[Path, ...]
         if not isinstance(given, tuple):
             yield from of_effect(scene, ("effects", effect), "")
@@ -256,7 +256,7 @@ def numbers(scene: Scene) -> Iterator[Number]:
             owner = one or body_words(scene)[k]
             several = f" {k + 1}" if one and len(given) > 1 else ""
             if effect == "joint_torque":
-                owner = "moving set point" if given[k].joint in moved else owner
+                owner = "moving set point" if set_point_of_motor(scene, k) else owner
                 several = f" in joint {given[k].joint}"
             yield from of_effect(scene, ("effects", effect, k), f" of the {owner}{several}")
             if effect == "third_body" and turns_freely(scene, k):
@@ -269,24 +269,29 @@ def numbers(scene: Scene) -> Iterator[Number]:
 
 
 def of_gains(scene: Scene) -> Iterator[Number]:
-    """Common factor of stiffness and damping: of all joints, and of each that follows a set point, which it moves."""
+    """Common factor of stiffness and damping: of all joints, and of each that follows a set point, which it moves.
+
+    Without set points, the factor of the one that there is alone is a number already.
+    """
     springs, moved = scene.effects.joint_spring_damper, moved_joints(scene)
     assert springs is not None
-    for joint in (None, *moved):
-        gains = [
-            getattr(springs, field)[slice(None) if joint is None else slice(joint - 1, joint)]
-            for field in ("stiffness_N_m_rad", "damping_N_m_s_rad")
-        ]
-        if not all(map(any, gains)):
-            continue  # the factor of the one that there is
-        paths = [("effects", "joint_spring_damper", field, *(() if joint is None else (joint - 1,)))
-                 for field in ("stiffness_N_m_rad", "damping_N_m_s_rad")]  # fmt: skip
-        paths += [("effects", "joint_torque", k, "torque_N_m") for k, motor in enumerate(scene.effects.joint_torque)
-                  if motor.joint in moved and joint in (None, motor.joint)]  # fmt: skip
+    for joint in (None, *moved) if scene.bars > 2 or not moved else moved:
+        paths: list[Path] = []
+        for field in ("stiffness_N_m_rad", "damping_N_m_s_rad"):
+            of_joint: Path = () if joint is None else (joint - 1,)
+            value = read(scene, ("effects", "joint_spring_damper", field, *of_joint))
+            if np.any(value):
+                paths.append(("effects", "joint_spring_damper", field, *of_joint))
+        gains = {"stiffness_N_m_rad": "of the spring", "damping_N_m_s_rad": "of the damper"}
+        which = gains[str(paths[0][2])] if len(paths) == 1 else "of spring and damper"
+        if not paths or (len(paths) == 1 and not moved):
+            continue
+        paths += [("effects", "joint_torque", point.motor, "torque_N_m") for own, point in moved.items()
+                  if point.motor is not None and joint in (None, own)]  # fmt: skip
         whose, name = ("all joints", "joint-gains") if joint is None else (
             f"the control in joint {joint}", f"joint-gains-{joint}"
         )  # fmt: skip
-        yield Number(name, f"the gain of {whose}, of spring and damper,", LOADS, scene, tuple(paths))
+        yield Number(name, f"the gain of {whose}, {which},", LOADS, scene, tuple(paths))
 
 
 def turns_freely(scene: Scene, k: int) -> bool:

@@ -222,9 +222,10 @@ def of_set_points(scene: Scene) -> Made:
 
     def motors(by_spring: float, by_damper: float) -> tuple[JointTorque, ...]:
         found = []
-        for motor in scene.effects.joint_torque:
-            if motor.joint in moved:  # its torque is k (s - s0) + c s'
-                s_rad = np.interp(motor.times_s, *moved[motor.joint])
+        for place, motor in enumerate(scene.effects.joint_torque):
+            point = moved.get(motor.joint)
+            if point is not None and point.motor == place:  # its torque is k (s - s0) + c s'
+                s_rad = np.interp(motor.times_s, point.times_s, point.angle_rad)
                 k, rest = (getattr(springs, f)[motor.joint - 1] for f in ("stiffness_N_m_rad", "rest_rad"))
                 of_spring = k * (s_rad - rest)
                 torque = by_spring * of_spring + by_damper * (np.array(motor.torque_N_m) - of_spring)

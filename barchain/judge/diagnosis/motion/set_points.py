@@ -39,17 +39,17 @@ def set_point_terms(found: Candidates) -> None:
     if springs is None or not moved:
         return
     k, c, rest = (np.array(v) for v in (springs.stiffness_N_m_rad, springs.damping_N_m_s_rad, springs.rest_rad))
-    pushed = {
-        effect.joint: load.torque[:, effect.joint + 1]
-        for effect, load in zip(e.model.effects, e.effects, strict=True)
-        if isinstance(effect, JointTorqueEffect)  # that of a set point comes after a motor's own
-    }
+    motors = [
+        load.torque for effect, load in zip(e.model.effects, e.effects, strict=True)
+        if isinstance(effect, JointTorqueEffect)
+    ]  # fmt: skip
     bent, turning = np.diff(s.angle, axis=1), np.diff(s.rate, axis=1)
     target, by_rate = np.tile(rest, (len(bent), 1)), np.zeros_like(bent)
-    for joint, (times_s, angle_rad) in moved.items():
+    for joint, point in moved.items():
         j = joint - 1
-        target[:, j] = np.interp(s.t_s, times_s, angle_rad)
-        by_rate[:, j] = pushed.get(j, 0.0) - k[j] * (target[:, j] - rest[j])
+        target[:, j] = np.interp(s.t_s, point.times_s, point.angle_rad)
+        if point.motor is not None:
+            by_rate[:, j] = motors[point.motor][:, joint] - k[j] * (target[:, j] - rest[j])
     spring, damper = k * (bent - target), c * turning - by_rate
     torque = {"spring": spring, "damper": damper, "rate": -by_rate, "angle": -k * target - by_rate}
     for name, words in TERMS.items():
