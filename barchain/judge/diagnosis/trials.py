@@ -18,10 +18,10 @@ from adapters.common.reference_model import chain_model
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.mean_elements import by_mean_elements
-from barchain.judge.diagnosis.motion.changed_loads import motors_words, set_point_of_motor
 from barchain.judge.diagnosis.motion.numbers import ANGLE, FACTOR, Number, body_words, numbers
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT
+from barchain.judge.diagnosis.motion.set_points import motor_words, motors_words
 from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS
 from barchain.judge.diagnosis.starts import ORBIT, RATES, STARTS
 from barchain.metrics.quantities import FIELDS
@@ -53,10 +53,12 @@ STRENGTHS = {
 """Strength of each effect that a scene has once: field, and noun"""
 EACH_STRENGTH = {
     "third_body": ("mu_m3_s2", "pull of the {}"), "thrust": ("force_N", "thrust{}"),
-    "joint_torque": ("torque_N_m", "torque of the motor{}"),
+    "joint_torque": ("torque_N_m", "torque of the {}"),
     "impulse": ("impulse_N_s", "impulse{}"),
 }  # fmt: skip
 """The same of effects that it may have several times"""
+ALL_STRENGTHS = {"third_body": "the pull of all third bodies"}
+"""Nouns of the strengths of all effects of a kind, where these are no forces"""
 SAME = 1e-13
 """Relative difference of two starts that rounding leaves"""
 MOST_RATE = 100.0
@@ -285,21 +287,18 @@ def strengths(scene: Scene) -> Iterator[Number]:
             yield Number(f"{effect}-{field}", f"the {noun}", LOADS, scene, (("effects", effect, field),))
     for effect, (field, noun) in EACH_STRENGTH.items():
         given = getattr(scene.effects, effect)
-        bodies = body_words(scene) if effect == "third_body" else [f" {k + 1}" for k in range(len(given))]
+        which = [f" {k + 1}" if len(given) > 1 else "" for k in range(len(given))]
+        if effect == "third_body":
+            which = body_words(scene)
+        elif effect == "joint_torque":
+            which = motor_words(scene)
         for k in range(len(given)):
-            which = bodies[k] if effect == "third_body" or len(given) > 1 else ""
-            which = f" in joint {given[k].joint}" if effect == "joint_torque" else which
-            subject = f"the {noun.format(which)}"
-            if effect == "joint_torque" and set_point_of_motor(scene, k):
-                subject = f"the torque of the moving set point{which}"
             name, path = f"{effect}-{k + 1}-{field}", ("effects", effect, k, field)
-            yield Number(name, subject, LOADS, scene, (path,))
+            yield Number(name, f"the {noun.format(which[k])}", LOADS, scene, (path,))
         if len(given) > 1:
             every = tuple(("effects", effect, k, field) for k in range(len(given)))
-            subject = {
-                "third_body": "the pull of all third bodies",
-                "joint_torque": f"the torque of all {motors_words(scene)}",
-            }.get(effect, f"the force of all {effect}s")
+            subject = ALL_STRENGTHS.get(effect, f"the force of all {effect}s")
+            subject = f"the torque of all {motors_words(scene)}" if effect == "joint_torque" else subject
             yield Number(f"{effect}s-{field}", subject, LOADS, scene, every)
 
 

@@ -106,9 +106,10 @@ def widths_m(scene: Scene, width_m: float | None) -> tuple[float, ...]:
         raise NoDefaultError("drag and sunlight need bars whose centres of mass are midway between their ends")
     if width_m is not None:
         return (width_m,) * scene.bars
-    for known in scene.effects.on_faces:
-        return known.width_m
-    raise NoDefaultError("no conclusion without a width of the bars; give it by --width")
+    known = scene.effects.on_faces
+    if not known:
+        raise NoDefaultError("no conclusion without a width of the bars; give it by --width")
+    return known[0].width_m
 
 
 def default_oblateness(scene: Scene) -> Default:

@@ -173,8 +173,8 @@ def told(
 def precision_class(share: float, silent: int, tried: int, largest: float = 1.0) -> tuple[str, str]:
     """Class of precision of a spread relative to a quantity's size, and the reason.
 
-    Up to :data:`~barchain.judge.noise_to_declare.ROUNDINGS` roundings of one sign add up in a run. Of these, `largest`
-    is the largest value over that size, as angles of many turns are rounded to their own last digit. An iteration that
+    Up to :data:`~barchain.judge.noise_to_declare.ROUNDINGS` roundings of one sign add up in a run; `largest` is the
+    largest value over that size, as angles of many turns are rounded to their own last digit. An iteration that
     stops early leaves as much as single precision does, but tells inputs apart that differ by two ulps of a double:
     `silent` of the variants that were tried give the same numbers.
     """

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.changed_loads import motors_words, moved_joints, set_point_of_motor
+from barchain.judge.diagnosis.motion.set_points import motor_words, motors_words, moved_joints
 from barchain.judge.diagnosis.motion.words import BODIES, LOADS, NICE, factor_words, near_one, nice_factor
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
@@ -92,9 +92,10 @@ EFFECTS: dict[str, tuple[tuple[str, str, str], ...]] = {
 """Numbers of effects: field, noun, and what is fitted"""
 OWNERS = {
     "third_body": ("", "third bodies"), "prescribed_rotation": ("prescribed rotation", "prescribed rotations"),
-    "joint_torque": ("motor", ""),
 }  # fmt: skip
 """Nouns of an effect of which a scene may have several, where they are not its name"""
+GAINS = {"spring": "stiffness_N_m_rad", "damper": "damping_N_m_s_rad"}
+"""Fields of springs and dampers by what they belong to"""
 PLACES = {"joint_spring_damper": "joint", "drag": "bar", "solar_pressure": "bar"}
 """What the entries of an effect's tuples belong to"""
 
@@ -246,19 +247,18 @@ def numbers(scene: Scene) -> Iterator[Number]:
         if given is None or given == ():
             continue
         one, every = OWNERS.get(effect, (effect, f"{effect}s"))
-        every = motors_words(scene) if effect == "joint_torque" else every
         paths: tuple[Path, ...]
         if not isinstance(given, tuple):
             yield from of_effect(scene, ("effects", effect), "")
             yield from of_gains(scene) if effect == "joint_spring_damper" else ()
             continue
-        for k in range(len(given)):
-            owner = one or body_words(scene)[k]
-            several = f" {k + 1}" if one and len(given) > 1 else ""
-            if effect == "joint_torque":
-                owner = "moving set point" if set_point_of_motor(scene, k) else owner
-                several = f" in joint {given[k].joint}"
-            yield from of_effect(scene, ("effects", effect, k), f" of the {owner}{several}")
+        owners = [f"{one} {k + 1}" if len(given) > 1 else one for k in range(len(given))]
+        if effect == "third_body":
+            owners = body_words(scene)
+        elif effect == "joint_torque":
+            owners, every = motor_words(scene), motors_words(scene)
+        for k, owner in enumerate(owners):
+            yield from of_effect(scene, ("effects", effect, k), f" of the {owner}")
             if effect == "third_body" and turns_freely(scene, k):
                 paths = tuple(("effects", effect, k, field) for field in ("distance_m", "rate_rad_s"))
                 yield Number(f"{effect}-{k + 1}-distance_m-with-rate", f"the distance of the {owner}, in its rate too,",
@@ -273,25 +273,18 @@ def of_gains(scene: Scene) -> Iterator[Number]:
 
     Without set points, the factor of the one that there is alone is a number already.
     """
-    springs, moved = scene.effects.joint_spring_damper, moved_joints(scene)
-    assert springs is not None
+    moved, springs = moved_joints(scene), ("effects", "joint_spring_damper")
     for joint in (None, *moved) if scene.bars > 2 or not moved else moved:
-        paths: list[Path] = []
-        for field in ("stiffness_N_m_rad", "damping_N_m_s_rad"):
-            of_joint: Path = () if joint is None else (joint - 1,)
-            value = read(scene, ("effects", "joint_spring_damper", field, *of_joint))
-            if np.any(value):
-                paths.append(("effects", "joint_spring_damper", field, *of_joint))
-        gains = {"stiffness_N_m_rad": "of the spring", "damping_N_m_s_rad": "of the damper"}
-        which = gains[str(paths[0][2])] if len(paths) == 1 else "of spring and damper"
-        if not paths or (len(paths) == 1 and not moved):
+        of_joint: Path = () if joint is None else (joint - 1,)
+        gains: dict[str, Path] = {noun: (*springs, field, *of_joint) for noun, field in GAINS.items()}
+        gains = {noun: path for noun, path in gains.items() if np.any(read(scene, path))}
+        if not gains or (len(gains) == 1 and not moved):
             continue
-        paths += [("effects", "joint_torque", point.motor, "torque_N_m") for own, point in moved.items()
-                  if point.motor is not None and joint in (None, own)]  # fmt: skip
-        whose, name = ("all joints", "joint-gains") if joint is None else (
-            f"the control in joint {joint}", f"joint-gains-{joint}"
-        )  # fmt: skip
-        yield Number(name, f"the gain of {whose}, {which},", LOADS, scene, tuple(paths))
+        motors = [point.motor for own, point in moved.items() if joint in (None, own) and point.motor is not None]
+        paths = (*gains.values(), *(("effects", "joint_torque", k, "torque_N_m") for k in motors))
+        whose, ending = ("all joints", "") if joint is None else (f"the control in joint {joint}", f"-{joint}")
+        which = f"of {'' if len(gains) > 1 else 'the '}{' and '.join(gains)}"
+        yield Number(f"joint-gains{ending}", f"the gain of {whose}, {which},", LOADS, scene, paths)
 
 
 def turns_freely(scene: Scene, k: int) -> bool:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from adapters.common.initial_state import initial_state
-from barchain.judge.diagnosis.motion.changed_loads import choices, moved_joints, other, with_effects
+from barchain.judge.diagnosis.motion.changed_loads import choices, other, with_effects
 from barchain.judge.diagnosis.motion.changed_pushes import of_motors, of_pushes
 from barchain.judge.diagnosis.motion.numbers import KNOWN, body_words
+from barchain.judge.diagnosis.motion.set_points import moved_joints
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
 from scenarios import Actuator, Course, Frame, Gravity, SceneError, change_scene
 from scenarios.scene import Run
@@ -225,7 +226,7 @@ def of_set_points(scene: Scene) -> Made:
         for place, motor in enumerate(scene.effects.joint_torque):
             point = moved.get(motor.joint)
             if point is not None and point.motor == place:  # its torque is k (s - s0) + c s'
-                s_rad = np.interp(motor.times_s, point.times_s, point.angle_rad)
+                s_rad = point.at(np.array(motor.times_s))
                 k, rest = (getattr(springs, f)[motor.joint - 1] for f in ("stiffness_N_m_rad", "rest_rad"))
                 of_spring = k * (s_rad - rest)
                 torque = by_spring * of_spring + by_damper * (np.array(motor.torque_N_m) - of_spring)

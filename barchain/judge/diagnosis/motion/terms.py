@@ -9,12 +9,11 @@ import numpy as np
 
 from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
 from barchain.judge.diagnosis.motion.candidate import Candidate, Candidates
-from barchain.judge.diagnosis.motion.changed_loads import set_point_of_motor
 from barchain.judge.diagnosis.motion.effect_terms import effect_terms
 from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
 from barchain.judge.diagnosis.motion.models import models
 from barchain.judge.diagnosis.motion.numbers import body_words
-from barchain.judge.diagnosis.motion.set_points import set_point_terms
+from barchain.judge.diagnosis.motion.set_points import motor_words, set_point_terms
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS, NICE, named
 
 if TYPE_CHECKING:
@@ -69,7 +68,7 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
     yield "the tidal force", GRAVITY, e.tide
     yield "the torque of the gravity gradient", GRAVITY, e.gradient
     bodies, several = iter(body_words(b.scene)), len(b.scene.effects.thrust) > 1
-    motors = enumerate(b.scene.effects.joint_torque)
+    motors = iter(motor_words(b.scene))
     thrusts: list[Load] = []
     pulls: list[Load] = []
     for effect, load in zip(e.model.effects, e.effects, strict=True):
@@ -77,9 +76,7 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
             thrusts.append(load)
             yield f"the thrust {len(thrusts)}" if several else "the thrust", LOADS, load
         elif effect.name == "joint_torque":
-            k, motor = next(motors)
-            who = "moving set point" if set_point_of_motor(b.scene, k) else "motor"
-            yield f"the torque of the {who} in joint {motor.joint}", LOADS, load
+            yield f"the torque of the {next(motors)}", LOADS, load
         elif effect.name == "third_body":
             pulls.append(load)
             yield f"the attraction of the {next(bodies)}", LOADS, load
