@@ -13,7 +13,7 @@ from barchain.judge.diagnosis.motion.effect_terms import effect_terms
 from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
 from barchain.judge.diagnosis.motion.models import models
 from barchain.judge.diagnosis.motion.numbers import body_words
-from barchain.judge.diagnosis.motion.set_points import motor_words, set_point_terms
+from barchain.judge.diagnosis.motion.set_points import motor_words
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS, NICE, named
 
 if TYPE_CHECKING:
@@ -52,7 +52,6 @@ def terms(b: Balance) -> list[Candidate]:
         words = f"the fall of the central body towards the {who}, relative to which the track is, is"
         found.times(f"third-body-{named(who)}-indirect", words, LOADS, fall)
     effect_terms(found)
-    set_point_terms(found)
     models(found)
     damping(found)
     on_bars(found)
